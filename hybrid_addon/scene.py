@@ -1,0 +1,333 @@
+"""What the tracer renders: plain, frozen data with no behaviour and no Blender handles.
+
+Conventions, stated here once and valid in every pure module of the package:
+
+* **Units**: metres, radians, watts. Radiance W/(sr m^2), radiant intensity W/sr, irradiance W/m^2, each as
+  linear RGB in the file's scene-linear working space (no constant assumes Rec.709).
+* **Axes**: right handed, world +Z up. A camera looks along its local -Z with +Y up; a sun, spot or area light
+  shines along its local -Z. Triangle winding is counter-clockwise seen from outside.
+* **Images**: (height, width, channels) float32, row 0 at the *bottom*, pixel (i, j) covers [i, i+1) x [j, j+1),
+  its centre is (i + .5, j + .5). Alpha is *associated* (premultiplied) in every picture of the pipeline.
+* **Rays and other per-ray data**: structure of arrays, (3, n) float32. Per-vertex data that Embree and Blender share
+  keeps their layout, (n, 3).
+* **Matrices**: (4, 4) float64, column vectors (P' = M P), so that a scene far from the origin keeps its digits until
+  the tracer has recentred it.
+* **Directions** `wi`, `wo` point away from the surface; `eta` is transmitted over incident IOR.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float32 = NDArray[np.float32]
+Float64 = NDArray[np.float64]
+Int32 = NDArray[np.int32]
+RGB = tuple[float, float, float]
+
+WHITE: RGB = (1.0, 1.0, 1.0)
+BLACK: RGB = (0.0, 0.0, 0.0)
+
+
+# ------------------------------------------------------------------------------------------------ camera
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A perspective or orthographic camera, and the window of its frame that is rendered.
+
+    matrix_world : (4, 4) float64, camera to world, without scale.
+    view_plane   : (left, right, bottom, top) of the *full* frame, shift and pixel aspect included: on the plane z = -1
+                   for PERSP (so unitless tangents), in metres for ORTHO.
+    resolution   : (width, height) of the full frame in pixels.
+    window       : (x0, y0, x1, y1), half open, in pixels of the full frame: the render border, or the whole frame.
+    clip_start, clip_end : metres along the view axis; they limit camera rays only.
+    """
+
+    projection: Literal["PERSP", "ORTHO"]
+    matrix_world: Float64
+    view_plane: tuple[float, float, float, float]
+    resolution: tuple[int, int]
+    window: tuple[int, int, int, int]
+    clip_start: float = 0.1
+    clip_end: float = 1000.0
+
+
+# ------------------------------------------------------------------------------------------------ surfaces
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """An image: (height, width, 4) float32, scene-linear, straight alpha, row 0 at the bottom.
+
+    uv_transform : (2, 3) float64, applied to (u, v, 1) first (Blender's Mapping node).
+    uv_map       : name of the mesh's UV map, "" for the one that is active for rendering.
+    """
+
+    name: str
+    pixels: Float32
+    extension: Literal["REPEAT", "EXTEND", "CLIP", "MIRROR"] = "REPEAT"
+    interpolation: Literal["LINEAR", "CLOSEST"] = "LINEAR"
+    uv_map: str = ""
+    uv_transform: Float64 = field(default_factory=lambda: np.eye(2, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """How a surface answers light (Whitted, energy conserving; README "The surface model").
+
+    L = r Lr + (1 - r) [ o Llocal + (1 - o) (F Lr + (1 - F) Lt) ] + Le
+
+    with r `reflectivity` (Lr tinted by `reflection_tint`), o `opacity`, F the exact unpolarised Fresnel reflectance for
+    `ior`, Lt the refracted radiance tinted by `transmission_tint` at each crossing, and
+    Llocal = ambient base_color E_world / pi + sum over lights (diffuse base_color / pi + Phong specular) E_light.
+
+    base_color         : linear RGB albedo; replaced by `base_color_texture` where that is given (tint it by baking).
+    ambient, diffuse   : weights of the world's diffuse light and of the lights' diffuse light, 0..1.
+    specular           : RGB reflectance at normal incidence of the Phong highlight (0 switches it off).
+    roughness          : 0..1 as in Principled (alpha = roughness^2); it sets the Phong exponent.
+    emission           : RGB radiance, added whatever the other weights are.
+    ior                : refractive index inside over outside, > 0.
+    """
+
+    name: str = ""
+    base_color: RGB = (0.8, 0.8, 0.8)
+    base_color_texture: Texture | None = None
+    ambient: float = 1.0
+    diffuse: float = 1.0
+    specular: RGB = BLACK
+    roughness: float = 0.5
+    emission: RGB = BLACK
+    reflectivity: float = 0.0
+    reflection_tint: RGB = WHITE
+    opacity: float = 1.0
+    transmission_tint: RGB = WHITE
+    ior: float = 1.45
+
+
+# ------------------------------------------------------------------------------------------------ geometry
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMesh:
+    """Triangles in local space; shared by its instances.
+
+    vertices         : (nv, 3) float32.
+    triangles        : (nt, 3) int32, vertex index of each corner.
+    corners          : (nt, 3) int32, index of each corner into `normals` and `uv_maps`.
+    normals          : (nc, 3) float32 shading normals, or None: flat shaded throughout.
+    uv_maps          : name -> (nc, 2) float32; "" is the map active for rendering.
+    surface_slots    : (nt,) int32, which of the instance's surfaces each triangle wears.
+    """
+
+    name: str
+    vertices: Float32
+    triangles: Int32
+    corners: Int32
+    normals: Float32 | None = None
+    uv_maps: Mapping[str, Float32] = field(default_factory=dict)
+    surface_slots: Int32 | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Visibility:
+    """Which rays an object exists for: camera rays, shadow rays, and all others (reflected and refracted)."""
+
+    camera: bool = True
+    shadow: bool = True
+    secondary: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Instance:
+    """One appearance of a mesh in the world.
+
+    mesh, surfaces : indices into `Scene.meshes` and `Scene.surfaces` (one for each slot).
+    matrix_world   : (4, 4) float64; mirrored, sheared and singular matrices are allowed.
+    ray_traced     : flagged by the artist; in hybrid mode only flagged objects are seen by camera rays.
+    """
+
+    name: str
+    mesh: int
+    matrix_world: Float64
+    surfaces: tuple[int, ...]
+    ray_traced: bool = False
+    visibility: Visibility = Visibility()
+
+
+@dataclass(frozen=True, eq=False)
+class Sphere:
+    """An analytic sphere: exact normals, no tessellation."""
+
+    name: str
+    center: tuple[float, float, float]
+    radius: float
+    surface: int
+    ray_traced: bool = False
+    visibility: Visibility = Visibility()
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """An analytic, unbounded plane through `point`; `normal` (any length) is its outer side."""
+
+    name: str
+    point: tuple[float, float, float]
+    normal: tuple[float, float, float]
+    surface: int
+    ray_traced: bool = False
+    visibility: Visibility = Visibility()
+
+
+# ------------------------------------------------------------------------------------------------ lights and world
+
+
+@dataclass(frozen=True, eq=False)
+class PointLight:
+    """Radiates `intensity` (W/sr, RGB) in all directions.
+
+    range        : metres; the light is multiplied by EEVEE's window (1 - (d^2/range^2)^2)^2 and ends there. inf = physical.
+    radius       : metres, of the emitting ball; 0 = a point.
+    soft_falloff : EEVEE's factor d^2 / (d^2 + radius^2).
+    diffuse, specular : weights of this light in the two lobes.
+    """
+
+    name: str
+    position: tuple[float, float, float]
+    intensity: RGB
+    radius: float = 0.0
+    range: float = float("inf")
+    soft_falloff: bool = True
+    cast_shadow: bool = True
+    diffuse: float = 1.0
+    specular: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class SpotLight(PointLight):
+    """A point light within a cone.
+
+    world_to_light : (3, 3) float64; takes (P - position) to light space, scale included; the cone opens along -Z.
+    cos_cone       : cosine of half the cone's angle.
+    blend          : 0 (hard rim) .. 1; EEVEE's smoothstep over (1 - cos_cone) blend.
+    """
+
+    world_to_light: Float64 = field(default_factory=lambda: np.eye(3))
+    cos_cone: float = 0.7071067811865476
+    blend: float = 0.15
+
+
+@dataclass(frozen=True, eq=False)
+class SunLight:
+    """Parallel light: `irradiance` (W/m^2, RGB) on a plane facing it; `direction` (unit) points *to* the sun."""
+
+    name: str
+    direction: tuple[float, float, float]
+    irradiance: RGB
+    angle: float = 0.0
+    cast_shadow: bool = True
+    diffuse: float = 1.0
+    specular: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class AreaLight:
+    """A one-sided flat emitter of uniform `radiance` (RGB).
+
+    axis_u, axis_v : half edges (RECTANGLE) or half axes (ELLIPSE), in metres.
+    direction      : unit, the way it shines (its local -Z).
+    """
+
+    name: str
+    position: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    axis_u: tuple[float, float, float]
+    axis_v: tuple[float, float, float]
+    radiance: RGB
+    shape: Literal["RECTANGLE", "ELLIPSE"] = "RECTANGLE"
+    range: float = float("inf")
+    cast_shadow: bool = True
+    diffuse: float = 1.0
+    specular: float = 1.0
+
+
+Light = PointLight | SpotLight | SunLight | AreaLight
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """What a ray that leaves the scene sees: `radiance`, times the environment image if there is one.
+
+    environment : equirectangular, as Blender lays it out (centre +X, u = 0.25 is +Y, v up).
+    rotation    : (3, 3) float64, world direction -> direction for the look-up.
+    """
+
+    radiance: RGB = BLACK
+    environment: Texture | None = None
+    rotation: Float64 = field(default_factory=lambda: np.eye(3))
+
+
+# ------------------------------------------------------------------------------------------------ the whole
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Everything that one frame needs."""
+
+    camera: Camera
+    meshes: tuple[TriangleMesh, ...] = ()
+    instances: tuple[Instance, ...] = ()
+    spheres: tuple[Sphere, ...] = ()
+    planes: tuple[Plane, ...] = ()
+    surfaces: tuple[Surface, ...] = ()
+    lights: tuple[Light, ...] = ()
+    world: World = field(default_factory=World)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to trace.
+
+    samples       : camera rays for each pixel; 1 = one ray, not filtered (as EEVEE's one sample).
+    max_depth     : number of bounces after the camera ray; 0 = local shading only.
+    filter_radius : of the pixel filter in pixels (Blender's Filter Size, EEVEE's Gaussian).
+    see           : "FLAGGED": camera rays see `ray_traced` objects only (hybrid); "ALL": everything and the world (full).
+    transparent   : with "ALL", pixels where nothing is hit get alpha 0 (Film > Transparent).
+    threads       : worker threads, 0 = all cores. chunk: camera rays a thread takes at once. Neither changes a pixel.
+    seed          : of the sampling pattern, together with the pixel's absolute position.
+    """
+
+    samples: int = 16
+    max_depth: int = 8
+    filter_radius: float = 1.5
+    see: Literal["FLAGGED", "ALL"] = "FLAGGED"
+    transparent: bool = False
+    threads: int = 0
+    chunk: int = 1 << 14
+    seed: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """What was traced, over the camera's window.
+
+    radiance   : (height, width, 3) float32, *not* multiplied by coverage: the mean over the samples that saw something.
+    coverage   : (height, width) float32, the filtered share of samples that saw something (tracer's own mask).
+    residual   : (height, width) float32, mean throughput of everything that was cut off (see README "Error").
+    rays       : number of rays by kind: camera, reflected, refracted, shadow, dropped.
+    time       : seconds by phase, wall and cpu: {"build": {"wall": s, "cpu": s}, ...}.
+    invariants : counters that must be 0.
+    skipped    : what the plan left out: [{"what", "why", "count"}].
+    """
+
+    radiance: Float32
+    coverage: Float32
+    residual: Float32
+    rays: dict[str, int]
+    time: dict[str, dict[str, float]]
+    invariants: dict[str, int]
+    skipped: list[dict[str, object]]
