@@ -1,0 +1,51 @@
+# Two commands on a fresh machine: "make demo" and "make test". Each sets up what it needs in $(VENV) first, with a
+# Python 3.13 (Blender 5.2 LTS) or 3.11 (Blender 4.5 LTS) that it finds by itself; PYTHON=/path/to/python names one.
+
+VENV ?= .venv
+BLENDER ?= blender
+XVFB_BLENDER ?= xvfb-blender
+RUN := $(VENV)/bin/python
+export BLENDER XVFB_BLENDER
+unexport PYTHONPATH PYTHONHOME
+
+help:  ## Show this list
+	@awk -F ':.*  ## ' '/^[a-z-]+:.*  ## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+demo: venv  ## Render a sample scene hybrid; says where the picture, the mask and the report are
+	$(RUN) tools/demo.py
+
+test: venv  ## Run the whole test suite (ARGS= goes to pytest)
+	$(RUN) tools/run_tests.py $(ARGS)
+
+test-real: venv  ## Build, install and use the extension in the real Blender BLENDER= (XVFB_BLENDER=: one with a window)
+	$(RUN) tools/run_tests.py -v tests/real_blender/checks.py $(ARGS)
+
+lint: venv  ## Style, banned imports, types
+	$(RUN) -m ruff check
+	$(RUN) -m ruff format --check
+	$(RUN) -m mypy
+
+format: venv  ## Lay the source out as "make lint" wants it
+	$(RUN) -m ruff check --fix
+	$(RUN) -m ruff format
+
+extension: venv  ## Build and validate the extension in dist/, one zip per platform
+	$(RUN) tools/build_extension.py
+
+extension-local: venv  ## The same for this machine and one Blender's Python: FOR_PYTHON=3.14 (Debian's Blender)
+	$(RUN) tools/build_extension.py --python $(or $(FOR_PYTHON),3.14)
+
+wheels: venv  ## Fetch the wheels that the manifest lists, for Blender's own "extension build" and "validate"
+	$(RUN) tools/fetch_wheels.py
+
+venv:  ## Set up the development environment in VENV=.venv, once
+	@python="$(PYTHON)"; \
+	if [ -z "$$python" ] && [ -e $(VENV)/set-up-stamp.txt ]; then python=$(RUN); fi; \
+	if [ -z "$$python" ]; then python=$$(tools/find_python.sh) || exit 1; fi; \
+	"$$python" tools/bootstrap.py $(VENV)
+
+clean:  ## Remove what was built and rendered (not $(VENV))
+	rm -rf build dist wheels demo .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	find hybrid_addon tests tools -name __pycache__ -prune -exec rm -rf {} +
+
+.PHONY: help demo test test-real lint format extension extension-local wheels venv clean

@@ -1,0 +1,14 @@
+"""Runs pytest and leaves at once: bpy's static destructors can hang a process that has rendered with EEVEE (4.5).
+
+Run as ``python tools/run_tests.py [pytest's arguments]``; the exit code is pytest's own.
+"""
+
+import os
+import sys
+
+import pytest
+
+code = pytest.main(sys.argv[1:])
+sys.stdout.flush()
+sys.stderr.flush()
+os._exit(int(code))
