@@ -1,0 +1,87 @@
+"""The translator: a Blender depsgraph -> hybrid_addon.scene.Scene, one kind of datablock a file.
+
+    camera.py light.py world.py     those three, with their units
+    objects.py                      which objects appear where, and what they wear
+    mesh.py                         evaluated meshes -> arrays
+    material.py shaders.py          node trees and Custom settings -> Surface
+    texture.py image.py             image nodes -> Texture, image files -> pixels
+    nodes.py                        walking back through node links
+    settings.py messages.py         the artist's settings; what he is told
+
+Values with the prefix b_ belong to Blender; the others are ours. Nothing in a translated scene refers to Blender.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+
+from ...scene import Scene
+from .camera import Size, Window, translate_camera
+from .image import Images
+from .light import Falloff, LightContext
+from .material import Surfaces
+from .messages import UnsupportedError, Warnings
+from .objects import Objects
+from .world import translate_world
+
+__all__ = ["Translation", "UnsupportedError", "Warnings", "translate"]
+
+
+@dataclass(frozen=True, eq=False)
+class Translation:
+    """A scene, what the artist should know about it, and how much of what it holds."""
+
+    scene: Scene
+    warnings: tuple[str, ...]
+    counts: dict[str, int]
+
+
+def translate(
+    b_depsgraph: bpy.types.Depsgraph,
+    b_scene: bpy.types.Scene,
+    resolution: Size,
+    window: Window,
+    *,
+    light_falloff: Falloff = "EEVEE",
+    warn: Warnings | None = None,
+) -> Translation:
+    """Everything that one frame needs, copied out of Blender.
+
+    b_depsgraph : evaluated at the frame; of `b_scene` itself, or of a scene whose Background Scene it is.
+    b_scene     : the artist's scene: camera, world and render settings are its own.
+    resolution  : (width, height) of the full frame in pixels.
+    window      : (x0, y0, x1, y1), half open, the part of the frame to render.
+    light_falloff : "EEVEE" ends lights where EEVEE does, "PHYSICAL" never.
+
+    Raises UnsupportedError, before anything costly, if there is no camera or one that cannot be traced.
+    """
+    warn = Warnings() if warn is None else warn
+    camera = translate_camera(b_depsgraph, b_scene, resolution, window, warn)
+    images = Images(warn)
+    world = translate_world(b_depsgraph, b_scene, images, warn)
+    surfaces = Surfaces(images, warn)
+    objects = Objects(surfaces, LightContext(light_falloff, b_scene.eevee.light_threshold), warn)
+    objects.add_all(b_depsgraph)
+    scene = Scene(
+        camera=camera,
+        meshes=tuple(objects.meshes),
+        instances=tuple(objects.instances),
+        surfaces=tuple(surfaces.surfaces),
+        lights=tuple(objects.lights),
+        world=world,
+    )
+    return Translation(scene=scene, warnings=tuple(warn), counts=_counts(scene))
+
+
+def _counts(scene: Scene) -> dict[str, int]:
+    """Of each kind; `triangles` counts a mesh once for each of its instances."""
+    return {
+        "instances": len(scene.instances),
+        "ray_traced": sum(instance.ray_traced for instance in scene.instances),
+        "meshes": len(scene.meshes),
+        "triangles": sum(len(scene.meshes[instance.mesh].triangles) for instance in scene.instances),
+        "surfaces": len(scene.surfaces),
+        "lights": len(scene.lights),
+    }

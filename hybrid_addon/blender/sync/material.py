@@ -1,0 +1,94 @@
+"""Blender's materials, and the artist's Custom settings of an object, -> scene.Surface.
+
+The rule for Custom: reflectivity, opacity and IOR of *all* the object's materials are replaced; base colour, image,
+emission and roughness stay. The tints stay, too, and a material has one only for what it does itself: mirrored light is
+tinted by the base colour of a *metallic* material, and passing light by that of a *transmissive* one, else by nothing.
+So a grey object set to a perfect mirror mirrors without loss, set to opacity 0 it is clear glass, and gold stays gold.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import bpy
+
+from ...scene import Surface
+from .image import Images
+from .messages import Warnings
+from .nodes import Node, active_output
+from .settings import CustomSurface
+from .shaders import surface_from
+from .texture import NodeReader
+
+DEFAULT_ROUGHNESS = 0.4  # of an object without material (BKE_material_default_surface)
+DEFAULT_SPECULAR = (0.04, 0.04, 0.04)
+
+
+class Surfaces:
+    """The scene's surfaces, each pair of material and Custom settings once."""
+
+    def __init__(self, images: Images, warn: Warnings) -> None:
+        self._images = images
+        self._warn = warn
+        self._materials: dict[str, Surface] = {}
+        self._index: dict[tuple[str, CustomSurface | None], int] = {}
+        self.surfaces: list[Surface] = []
+
+    def index_of(self, b_material: bpy.types.Material | None, custom: CustomSurface | None) -> int:
+        """Position in `surfaces`."""
+        key = (b_material.name_full if b_material else "", custom)
+        if key not in self._index:
+            self._index[key] = len(self.surfaces)
+            self.surfaces.append(customised(self._of_material(b_material), custom))
+        return self._index[key]
+
+    def _of_material(self, b_material: bpy.types.Material | None) -> Surface:
+        if b_material is None:
+            return Surface(specular=DEFAULT_SPECULAR, roughness=DEFAULT_ROUGHNESS)
+        if b_material.name_full not in self._materials:
+            self._materials[b_material.name_full] = translate_material(b_material, self._images, self._warn)
+        return self._materials[b_material.name_full]
+
+
+def customised(surface: Surface, custom: CustomSurface | None) -> Surface:
+    """`surface` with the object's own three numbers, where it has them."""
+    if custom is None:
+        return surface
+    return replace(surface, reflectivity=custom.reflectivity, opacity=custom.opacity, ior=custom.ior)
+
+
+def translate_material(b_material: bpy.types.Material, images: Images, warn: Warnings) -> Surface:
+    """The surface that a material's node tree describes, or its viewport values where it has no nodes."""
+    if not uses_nodes(b_material):
+        return replace(_without_nodes(b_material), name=b_material.name)
+    reader = NodeReader(f"material {b_material.name!r}", images, warn)
+    output = active_output(b_material.node_tree)
+    if output is None:
+        reader.warn("it has no active output; it is black")
+        return Surface(name=b_material.name, base_color=(0.0, 0.0, 0.0))
+    _warn_of_ignored(output, reader)
+    return replace(surface_from(output.input("Surface"), reader), name=b_material.name)
+
+
+def uses_nodes(b_id: bpy.types.Material | bpy.types.World) -> bool:
+    """Whether the node tree counts: always from Blender 5 on, where the switch is deprecated."""
+    return b_id.node_tree is not None and (bpy.app.version >= (5, 0, 0) or b_id.use_nodes)
+
+
+def _without_nodes(b_material: bpy.types.Material) -> Surface:
+    """A material with Use Nodes off is drawn by EEVEE as a Principled BSDF with the viewport values."""
+    red, green, blue, _ = b_material.diffuse_color
+    f0 = 0.08 * b_material.specular_intensity
+    return Surface(
+        base_color=(red, green, blue),
+        specular=(f0, f0, f0),
+        roughness=b_material.roughness,
+        reflectivity=b_material.metallic,
+        reflection_tint=(red, green, blue) if b_material.metallic > 0.0 else (1.0, 1.0, 1.0),
+    )
+
+
+def _warn_of_ignored(output: Node, reader: NodeReader) -> None:
+    for name, what in (("Volume", "its volume"), ("Displacement", "displacement by nodes")):
+        if output.input(name).node() is not None:
+            reader.warn(f"{what} is not traced")

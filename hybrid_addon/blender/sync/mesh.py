@@ -1,0 +1,90 @@
+"""Evaluated Blender meshes -> scene.TriangleMesh, array by array (`foreach_get`), never element by element."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import bpy
+import numpy as np
+
+from ...scene import Float32, Int32, TriangleMesh
+from .messages import Warnings
+
+
+def translate_mesh(b_mesh: bpy.types.Mesh, name: str, uv_names: Iterable[str], warn: Warnings) -> TriangleMesh | None:
+    """The mesh as triangles, or None if it has no face. `uv_names`: the UV maps wanted, "" = active for rendering.
+
+    Vertices that are not finite are kept (the tracer drops their triangles) and reported by `name`, the object's.
+    """
+    b_mesh.calc_loop_triangles()
+    if not len(b_mesh.loop_triangles):
+        return None
+    vertices = _vertices(b_mesh)
+    _warn_of_broken(vertices, name, warn)
+    return TriangleMesh(
+        name=b_mesh.name,
+        vertices=vertices,
+        triangles=_triangle_indices(b_mesh, "vertices"),
+        corners=_triangle_indices(b_mesh, "loops"),
+        normals=_corner_normals(b_mesh),
+        uv_maps={uv_name: _uv_map(b_mesh, uv_name, name, warn) for uv_name in sorted(uv_names)},
+        surface_slots=_surface_slots(b_mesh),
+    )
+
+
+def _vertices(b_mesh: bpy.types.Mesh) -> Float32:
+    """(nv, 3) float32, local space."""
+    values = np.zeros(3 * len(b_mesh.vertices), np.float32)
+    b_mesh.vertices.foreach_get("co", values)
+    return values.reshape(-1, 3)
+
+
+def _triangle_indices(b_mesh: bpy.types.Mesh, what: str) -> Int32:
+    """(nt, 3) int32: the "vertices" or the "loops" (corners) of each triangle."""
+    values = np.zeros(3 * len(b_mesh.loop_triangles), np.int32)
+    b_mesh.loop_triangles.foreach_get(what, values)
+    return values.reshape(-1, 3)
+
+
+def _corner_normals(b_mesh: bpy.types.Mesh) -> Float32 | None:
+    """(nc, 3) float32 with sharp edges and custom normals applied; None where every face is flat shaded."""
+    if b_mesh.normals_domain == "FACE":
+        return None
+    values = np.zeros(3 * len(b_mesh.loops), np.float32)
+    b_mesh.corner_normals.foreach_get("vector", values)
+    return values.reshape(-1, 3)
+
+
+def _uv_map(b_mesh: bpy.types.Mesh, uv_name: str, name: str, warn: Warnings) -> Float32:
+    """(nc, 2) float32; zeros where the mesh has no such map, which is what Blender's shaders read there."""
+    values = np.zeros(2 * len(b_mesh.loops), np.float32)
+    b_layer = _uv_layer(b_mesh, uv_name)
+    if b_layer is None:
+        wanted = f"no UV map {uv_name!r}" if uv_name else "no UV map"
+        warn.add(f"object {name!r} has {wanted} for its texture, which is one colour all over")
+    else:
+        b_layer.uv.foreach_get("vector", values)
+    return values.reshape(-1, 2)
+
+
+def _uv_layer(b_mesh: bpy.types.Mesh, uv_name: str) -> bpy.types.MeshUVLoopLayer | None:
+    if uv_name:
+        return b_mesh.uv_layers.get(uv_name)
+    return next((b_layer for b_layer in b_mesh.uv_layers if b_layer.active_render), None)
+
+
+def _surface_slots(b_mesh: bpy.types.Mesh) -> Int32 | None:
+    """(nt,) int32 material slot of each triangle; None where all wear the first."""
+    of_face = np.zeros(len(b_mesh.polygons), np.int32)
+    b_mesh.polygons.foreach_get("material_index", of_face)
+    if not of_face.any():
+        return None
+    face = np.zeros(len(b_mesh.loop_triangles), np.int32)
+    b_mesh.loop_triangles.foreach_get("polygon_index", face)
+    return of_face[face]
+
+
+def _warn_of_broken(vertices: Float32, name: str, warn: Warnings) -> None:
+    broken = int(np.count_nonzero(~np.isfinite(vertices).all(axis=1)))
+    if broken:
+        warn.add(f"object {name!r}: {broken} of {len(vertices)} vertices are not finite; their triangles are left out")

@@ -1,0 +1,155 @@
+"""Everything that the depsgraph shows -> scene instances, meshes and lights.
+
+Visibility: EEVEE knows an object's visibility to the camera and to shadows. What reflections and refractions see it
+does not separate; here an object is left out of them only if both of Cycles' switches (glossy, transmission) are off.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ...scene import Float64, Instance, Light, TriangleMesh, Visibility
+from .light import LightContext, translate_light
+from .material import Surfaces
+from .mesh import translate_mesh
+from .messages import Warnings
+from .settings import ObjectSettings, instance_settings
+
+TO_MESH_TYPES = ("CURVE", "SURFACE", "FONT", "META")
+VISIBLE_BUT_NOT_TRACED = {
+    "VOLUME": "volumes are",
+    "CURVES": "hair is",
+    "POINTCLOUD": "point clouds are",
+    "GREASEPENCIL": "Grease Pencil is",
+}
+
+MeshKey = tuple[int, frozenset[str]]
+
+
+class Objects:
+    """Fills meshes, instances and lights from the depsgraph's instances, one after the other."""
+
+    def __init__(self, surfaces: Surfaces, light_context: LightContext, warn: Warnings) -> None:
+        self._surfaces = surfaces
+        self._light_context = light_context
+        self._warn = warn
+        self._mesh_index: dict[MeshKey, int | None] = {}
+        self.meshes: list[TriangleMesh] = []
+        self.instances: list[Instance] = []
+        self.lights: list[Light] = []
+
+    def add_all(self, b_depsgraph: bpy.types.Depsgraph) -> None:
+        """Add everything visible. What the iterator hands out dies at its next step, so all is copied at once."""
+        for b_instance in b_depsgraph.object_instances:
+            if b_instance.show_self and not _is_hidden(b_instance):
+                self._add(b_instance)
+            if b_instance.show_particles and not b_instance.is_instance:
+                self._warn_of_strands(b_instance.object)
+
+    def _add(self, b_instance: bpy.types.DepsgraphObjectInstance) -> None:
+        b_object = b_instance.object
+        self._warn_of_missing(b_object)
+        if b_object.type == "LIGHT":
+            self._add_light(b_instance)
+        elif b_object.type == "MESH" or b_object.type in TO_MESH_TYPES:
+            self._add_surface(b_instance)
+        elif b_object.type in VISIBLE_BUT_NOT_TRACED:
+            self._warn.add(f"object {b_object.name!r}: {VISIBLE_BUT_NOT_TRACED[b_object.type]} not ray traced")
+
+    def _add_light(self, b_instance: bpy.types.DepsgraphObjectInstance) -> None:
+        light = translate_light(b_instance.object, _matrix(b_instance), self._light_context, self._warn)
+        if light is not None:
+            self.lights.append(light)
+
+    def _add_surface(self, b_instance: bpy.types.DepsgraphObjectInstance) -> None:
+        b_object = b_instance.object
+        settings = instance_settings(b_instance)
+        surfaces = self._surfaces_of(b_object, settings)
+        mesh = self._mesh_of(b_object, surfaces)
+        if mesh is None:
+            return
+        self._warn_of_holdout(b_object)
+        self.instances.append(
+            Instance(
+                name=b_object.name,
+                mesh=mesh,
+                matrix_world=_matrix(b_instance),
+                surfaces=surfaces,
+                ray_traced=settings.ray_traced,
+                visibility=_visibility(b_object),
+            )
+        )
+
+    def _surfaces_of(self, b_object: bpy.types.Object, settings: ObjectSettings) -> tuple[int, ...]:
+        """One for each material slot, and at least one. An evaluated object's slots include its mesh's own."""
+        b_materials = [b_slot.material for b_slot in b_object.material_slots] or [None]
+        return tuple(self._surfaces.index_of(b_material, settings.custom) for b_material in b_materials)
+
+    def _mesh_of(self, b_object: bpy.types.Object, surfaces: tuple[int, ...]) -> int | None:
+        """Position in `meshes` of the object's evaluated mesh, translated when first met; None if it has no face."""
+        uv_names = self._uv_names(surfaces)
+        key = (_mesh_identity(b_object), uv_names)
+        if key not in self._mesh_index:
+            mesh = self._translated(b_object, uv_names)
+            self._mesh_index[key] = None if mesh is None else len(self.meshes)
+            self.meshes += [] if mesh is None else [mesh]
+        return self._mesh_index[key]
+
+    def _uv_names(self, surfaces: tuple[int, ...]) -> frozenset[str]:
+        textures = (self._surfaces.surfaces[index].base_color_texture for index in surfaces)
+        return frozenset(texture.uv_map for texture in textures if texture is not None)
+
+    def _translated(self, b_object: bpy.types.Object, uv_names: frozenset[str]) -> TriangleMesh | None:
+        if _has_own_mesh(b_object):
+            return translate_mesh(b_object.data, b_object.name, uv_names, self._warn)
+        b_mesh = b_object.to_mesh()
+        if b_mesh is None:
+            return None
+        mesh = translate_mesh(b_mesh, b_object.name, uv_names, self._warn)
+        b_object.to_mesh_clear()
+        return mesh
+
+    # -------------------------------------------------------------------------------------------- warnings
+
+    def _warn_of_missing(self, b_object: bpy.types.Object) -> None:
+        for b_id in (b_object.original, b_object.original.data, b_object.original.instance_collection):
+            if b_id is not None and b_id.is_missing:
+                library = b_id.library.filepath if b_id.library else "its library"
+                self._warn.add(f"object {b_object.name!r}: {b_id.name!r} is missing from {library}")
+
+    def _warn_of_holdout(self, b_object: bpy.types.Object) -> None:
+        if b_object.is_holdout:
+            self._warn.add(f"object {b_object.name!r}: Holdout is not traced; it is solid in reflections")
+
+    def _warn_of_strands(self, b_object: bpy.types.Object) -> None:
+        for b_system in getattr(b_object, "particle_systems", ()):
+            if b_system.settings.type == "HAIR" and b_system.settings.render_type == "PATH":
+                self._warn.add(f"object {b_object.name!r}: hair is not ray traced")
+
+
+def _is_hidden(b_instance: bpy.types.DepsgraphObjectInstance) -> bool:
+    """Hidden objects may still be instanced, on purpose, by collections, particles and geometry nodes."""
+    return not b_instance.is_instance and b_instance.object.hide_render
+
+
+def _matrix(b_instance: bpy.types.DepsgraphObjectInstance) -> Float64:
+    return np.array(b_instance.matrix_world, dtype=np.float64)
+
+
+def _visibility(b_object: bpy.types.Object) -> Visibility:
+    return Visibility(
+        camera=b_object.visible_camera,
+        shadow=b_object.visible_shadow,
+        secondary=b_object.visible_glossy or b_object.visible_transmission,
+    )
+
+
+def _has_own_mesh(b_object: bpy.types.Object) -> bool:
+    """Whether the evaluated object's data is its mesh. Not for curves and the like, nor in edit mode."""
+    return b_object.type == "MESH" and not b_object.data.is_editmode
+
+
+def _mesh_identity(b_object: bpy.types.Object) -> int:
+    """Equal for objects that share one evaluated mesh: the address, which lives as long as the depsgraph's data."""
+    return b_object.data.as_pointer() if _has_own_mesh(b_object) else b_object.original.as_pointer()

@@ -1,0 +1,151 @@
+"""Image Texture and Mapping nodes -> scene.Texture and matrices."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from mathutils import Euler, Matrix, Vector
+
+from ...scene import RGB, Float64, Texture
+from .image import Images
+from .messages import Warnings
+from .nodes import Node, Socket
+
+IMAGE_NODE = "ShaderNodeTexImage"
+MAX_NODES_SEARCHED = 64  # upstream of one socket, in search of an image
+
+
+class NodeReader:
+    """Reads constants and textures from nodes, and warns of whatever it cannot follow.
+
+    owner : how warnings name the tree, such as "material 'Glass'".
+    """
+
+    def __init__(self, owner: str, images: Images, warn: Warnings) -> None:
+        self.owner = owner
+        self.images = images
+        self._warn = warn
+
+    def warn(self, text: str) -> None:
+        """Warn, in the owner's name."""
+        self._warn.add(f"{self.owner}: {text}")
+
+    def number(self, node: Node, name: str | int) -> float:
+        """The input's constant value."""
+        return float(self._constant(node, name))
+
+    def color(self, node: Node, name: str | int) -> RGB:
+        """The input's constant colour, without alpha."""
+        red, green, blue = self._constant(node, name)[:3]
+        return red, green, blue
+
+    def vector(self, node: Node, name: str | int) -> Vector:
+        """The input's constant vector."""
+        return Vector(self._constant(node, name)[:3])
+
+    def _constant(self, node: Node, name: str | int) -> Any:
+        socket = node.input(name)
+        value = socket.value()
+        if not socket.is_constant():
+            upstream = socket.node()
+            self.warn(
+                f"{socket.name!r} of node {node.name!r} is linked to {upstream.name if upstream else '?'!r}, which is "
+                f"not followed; {_brief(value)} is used"
+            )
+        return value
+
+
+def textured_color(reader: NodeReader, node: Node, name: str) -> tuple[RGB, Texture | None]:
+    """The constant colour of an input and, if an image is found upstream, the texture that replaces it."""
+    socket = node.input(name)
+    found = None if socket.is_constant() else _image_upstream(socket)
+    if found is None:
+        return reader.color(node, name), None
+    if found.b_node.image is None:
+        reader.warn(f"node {found.name!r} has no image; it is drawn black")
+        return (0.0, 0.0, 0.0), None
+    first = socket.node()
+    if first is not None and first.b_node != found.b_node:
+        reader.warn(
+            f"{socket.name!r} of node {node.name!r}: the image of {found.name!r} is used as it is, "
+            f"without node {first.name!r} between"
+        )
+    red, green, blue = socket.value()[:3]
+    return (red, green, blue), image_texture(reader, found)
+
+
+def _image_upstream(socket: Socket) -> Node | None:
+    """The nearest image node that feeds `socket`, breadth first."""
+    queue = [socket]
+    for searched in queue:
+        node = searched.node()
+        if node is None:
+            continue
+        if node.kind == IMAGE_NODE:
+            return node
+        if len(queue) < MAX_NODES_SEARCHED:
+            queue.extend(upstream for upstream in node.inputs() if not upstream.is_constant())
+    return None
+
+
+def image_texture(reader: NodeReader, node: Node) -> Texture:
+    """An Image Texture node that has an image."""
+    b_node = node.b_node
+    if b_node.projection != "FLAT":
+        reader.warn(f"node {node.name!r}: {b_node.projection.title()} projection is not followed; UVs are used")
+    uv_map, transform = _coordinates(reader, node)
+    return Texture(
+        name=b_node.image.name,
+        pixels=reader.images.pixels(b_node.image, b_node.image_user),
+        extension=b_node.extension,
+        interpolation="CLOSEST" if b_node.interpolation == "Closest" else "LINEAR",
+        uv_map=uv_map,
+        uv_transform=np.array(transform, dtype=np.float64)[:2][:, [0, 1, 3]],
+    )
+
+
+def _coordinates(reader: NodeReader, node: Node) -> tuple[str, Matrix]:
+    """(name of the UV map, "" = active for rendering; (4, 4) matrix that its (u, v, 0, 1) go through)."""
+    transform = Matrix.Identity(4)
+    source, output = _vector_source(node)
+    while source and source.kind == "ShaderNodeMapping":
+        transform = transform @ mapping_matrix(reader, source)
+        source, output = _vector_source(source)
+    if source is None or (source.kind == "ShaderNodeTexCoord" and output == "UV"):
+        return "", transform
+    if source.kind == "ShaderNodeUVMap":
+        return source.b_node.uv_map, transform
+    if source.kind == "ShaderNodeAttribute" and source.b_node.attribute_type == "GEOMETRY":
+        return source.b_node.attribute_name, transform
+    reader.warn(f"node {node.name!r}: {output!r} of node {source.name!r} is not followed; UVs are used")
+    return "", transform
+
+
+def _vector_source(node: Node) -> tuple[Node | None, str]:
+    return node.input("Vector").node(), node.input("Vector").output()
+
+
+def mapping_matrix(reader: NodeReader, node: Node) -> Matrix:
+    """(4, 4): what a Mapping node does to a vector; see Blender's manual, page Mapping Node."""
+    kind = node.b_node.vector_type
+    if kind == "NORMAL":
+        reader.warn(f"node {node.name!r}: type Normal is not followed; type Vector is used")
+    rotation = Euler(reader.vector(node, "Rotation"), "XYZ").to_matrix().to_4x4()
+    scale = Matrix.Diagonal((*reader.vector(node, "Scale"), 1.0))
+    if kind not in ("POINT", "TEXTURE"):
+        return rotation @ scale
+    forward = Matrix.Translation(reader.vector(node, "Location")) @ rotation @ scale
+    return forward if kind == "POINT" else forward.inverted_safe()
+
+
+def rotation_of(matrix: Matrix) -> Float64:
+    """(3, 3) float64: the linear part."""
+    return np.array(matrix.to_3x3(), dtype=np.float64)
+
+
+def _brief(value: Any) -> str:
+    """A number or a colour, short enough for one line."""
+    if isinstance(value, tuple):
+        return "(" + ", ".join(f"{component:.3g}" for component in value[:3]) + ")"
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
