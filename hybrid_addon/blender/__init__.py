@@ -1,0 +1,1 @@
+"""The room where Blender lives: properties, panels, pipeline, render engine, and the translator in sync/."""

@@ -1,0 +1,244 @@
+"""The Python interface: enable, disable, mark, unmark, render, plan. Forwarded by the package's front door."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..report.frame import frame_report
+from ..scene import Float32
+from . import engine, images, opengl, pipeline, results
+from .errors import HybridError
+
+__all__ = ["HybridError", "HybridResult", "disable", "enable", "mark", "plan", "render", "unmark"]
+
+disable = pipeline.disable
+enable = pipeline.enable
+
+
+@dataclass(frozen=True, eq=False)
+class HybridResult:
+    """One rendered frame, scene-linear, associated alpha, row 0 at the bottom.
+
+    image, raster, traced : (height, width, 4) float32. mask : (height, width) float32, coverage of the traced objects.
+    image = raster + traced, unless your own compositor nodes follow. report : a plain dict (README, "Report").
+    """
+
+    image: Float32
+    raster: Float32
+    mask: Float32
+    traced: Float32
+    report: dict[str, Any]
+
+
+def mark(
+    obj: bpy.types.Object,
+    *,
+    reflectivity: float | None = None,
+    opacity: float | None = None,
+    ior: float | None = None,
+) -> None:
+    """Flag an object as ray traced. Any value given makes its surface Custom; with none, its materials decide.
+
+    Raises HybridError for an object that has no surface (a light, a camera) and for a value out of range.
+    """
+    if obj.type not in GEOMETRY:
+        raise HybridError(f"'{obj.name}' is a {obj.type.lower()}: only objects with a surface can be ray traced")
+    if obj.library is not None:
+        raise HybridError(f"'{obj.name}' is linked from {obj.library.filepath}: make a library override first")
+    values = {"reflectivity": reflectivity, "opacity": opacity, "ior": ior}
+    for name, value in values.items():
+        _check_value(name, value)
+    for name, value in values.items():
+        if value is not None:
+            setattr(obj.hybrid, name, value)
+    obj.hybrid.ray_traced = True
+
+
+def unmark(obj: bpy.types.Object) -> None:
+    """Let EEVEE draw the object again. Its values stay for the next time."""
+    obj.hybrid.ray_traced = False
+
+
+GEOMETRY = {"MESH", "CURVE", "SURFACE", "META", "FONT", "EMPTY"}  # an empty may show a collection
+
+
+def _check_value(name: str, value: float | None) -> None:
+    low, high = (1e-3, 1e3) if name == "ior" else (0.0, 1.0)
+    if value is not None and not low <= value <= high:  # also refuses NaN
+        raise HybridError(f"{name} is {value}: it must lie between {low:g} and {high:g}")
+
+
+def render(
+    scene: bpy.types.Scene | None = None,
+    *,
+    frame: int | None = None,
+    mode: str | None = None,
+    samples: int | None = None,
+    max_depth: int | None = None,
+    light_falloff: str | None = None,
+    resolution: tuple[int, int] | None = None,
+    threads: int | None = None,
+) -> HybridResult:
+    """Render one frame through Blender's own pipeline, exactly as F12 does, and return it.
+
+    What is given overrides the scene's setting for this render only; a scene that is not enabled is for its duration.
+    mode: "hybrid", "raster" or "full". Raises HybridError (one line) for what cannot be rendered, RuntimeError if the
+    render itself failed or was cancelled.
+    """
+    scene = scene or bpy.context.scene
+    overrides = {
+        "mode": mode.upper() if mode else None,
+        "samples": samples,
+        "max_depth": max_depth,
+        "light_falloff": light_falloff.upper() if light_falloff else None,
+        "threads": threads,
+    }
+    with _overridden(scene, overrides, frame, resolution):
+        check(scene)
+        try:
+            bpy.ops.render.render(scene=scene.name)
+        except RuntimeError as error:
+            raise _reason(scene, str(error)) from error
+        if results.errors.get(scene.name):
+            raise HybridError(results.errors[scene.name])
+        return _collect(scene)
+
+
+def check(scene: bpy.types.Scene) -> None:
+    """Raise HybridError, before anything is rendered, for what would fail or mislead."""
+    reason = pipeline.why_inactive(scene)
+    if reason:
+        raise HybridError(reason)
+    camera = scene.camera
+    if camera is None:
+        raise HybridError(f"scene '{scene.name}' has no camera: add one and make it the active camera")
+    if camera.type != "CAMERA" or camera.data.type not in {"PERSP", "ORTHO"}:
+        kind = camera.data.type.lower() if camera.type == "CAMERA" else camera.type.lower()
+        raise HybridError(f"camera '{camera.name}' is {kind}: hybrid rendering needs a perspective or orthographic one")
+    if pipeline.effective_mode(scene) != "FULL":
+        opengl.require()
+
+
+def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
+    """What a render of this scene would trace and what it would leave out, with the reason for each. Traces nothing."""
+    from ..tracer.plan import describe
+    from .sync import translate
+
+    scene = scene or bpy.context.scene
+    depsgraph = scene.view_layers[0].depsgraph or bpy.context.evaluated_depsgraph_get()
+    depsgraph.update()
+    width, height = _full_size(scene)
+    translation = translate(
+        depsgraph, scene, (width, height), (0, 0, width, height), light_falloff=scene.hybrid.light_falloff
+    )
+    mode = pipeline.effective_mode(scene)
+    return {
+        "scene": scene.name,
+        "mode": mode,
+        "why": "" if mode == scene.hybrid.mode else "no object is ray traced",
+        "ray_traced": [ob.name for ob in pipeline.flagged_objects(scene)],
+        "settings": engine.public_settings(scene),
+        "counts": dict(translation.counts),
+        "skipped": [] if mode == "RASTER" else describe(translation.scene, engine.tracer_settings(scene)),
+        "warnings": [*translation.warnings],
+    }
+
+
+# ------------------------------------------------------------------------------------------------ small parts
+
+
+@contextmanager
+def _overridden(
+    scene: bpy.types.Scene, values: dict[str, Any], frame: int | None, resolution: tuple[int, int] | None
+) -> Iterator[None]:
+    """Set what is given, render, put everything back, whatever happened."""
+    settings, b_render = scene.hybrid, scene.render
+    before = {name: getattr(settings, name) for name, value in values.items() if value is not None}
+    size = (b_render.resolution_x, b_render.resolution_y, b_render.resolution_percentage)
+    frame_before, enabled = scene.frame_current, settings.enabled
+    try:
+        for name in before:
+            try:
+                setattr(settings, name, values[name])
+            except TypeError as error:
+                raise HybridError(f"{name} is {values[name]!r}: {str(error).splitlines()[0]}") from error
+        if resolution is not None:
+            b_render.resolution_x, b_render.resolution_y = resolution
+            b_render.resolution_percentage = 100
+        if not enabled:
+            pipeline.enable(scene)
+        if frame is not None:
+            scene.frame_set(frame)
+        pipeline.sync(scene)
+        yield
+    finally:
+        for name, value in before.items():
+            setattr(settings, name, value)
+        b_render.resolution_x, b_render.resolution_y, b_render.resolution_percentage = size
+        if not enabled:
+            pipeline.disable(scene)
+        if frame is not None:
+            scene.frame_set(frame_before)
+
+
+def _collect(scene: bpy.types.Scene) -> HybridResult:
+    planes = images.read_render_result(scene)
+    image = planes.get("Composite.Combined")
+    if image is None:
+        raise RuntimeError("Blender's render gave no composite: it was cancelled")
+    height, width = image.shape[:2]
+    frame = results.frames.get(scene.name)
+    if frame is None:  # RASTER mode, or nothing flagged: the tracer was never called
+        report = _raster_report(scene, (width, height))
+        results.reports[scene.name] = report
+        empty = np.zeros((height, width), np.float32)
+        return HybridResult(image, image, empty, np.zeros_like(image), report)
+    mask, traced = (_place(part, frame.window, (height, width)) for part in (frame.mask, frame.traced))
+    raster = np.zeros_like(image) if frame.raster is None else _place(frame.raster, frame.window, (height, width))
+    return HybridResult(image, raster, mask, traced, frame.report)
+
+
+def _place(part: Float32, window: tuple[int, int, int, int], size: tuple[int, int]) -> Float32:
+    """A window's pixels in the full frame, zero outside."""
+    if part.shape[:2] == size:
+        return part
+    whole = np.zeros((*size, *part.shape[2:]), np.float32)
+    x0, y0, x1, y1 = window
+    whole[y0:y1, x0:x1] = part
+    return whole
+
+
+def _raster_report(scene: bpy.types.Scene, resolution: tuple[int, int]) -> dict[str, Any]:
+    timing = results.since_start(scene.name)
+    nothing_flagged = scene.hybrid.mode == "HYBRID"
+    return frame_report(
+        versions=engine.versions(),
+        settings=engine.public_settings(scene),
+        frame=scene.frame_current,
+        resolution=resolution,
+        mask=np.zeros((1, 1), np.float32),
+        film=None,
+        counts={},
+        time={"raster": timing, "total": timing},
+        warnings=["no object is ray traced: tick Ray Traced on one"] if nothing_flagged else [],
+        skipped=[{"what": "tracing", "why": "no object is ray traced" if nothing_flagged else "mode RASTER", "count": 1}],
+    )
+
+
+def _full_size(scene: bpy.types.Scene) -> tuple[int, int]:
+    scale = scene.render.resolution_percentage / 100
+    return max(1, int(scene.render.resolution_x * scale)), max(1, int(scene.render.resolution_y * scale))
+
+
+def _reason(scene: bpy.types.Scene, message: str) -> Exception:
+    """The engine's own line if it has one, else Blender's first."""
+    known = results.errors.get(scene.name)
+    if known:
+        return HybridError(known)
+    return RuntimeError(message.strip().splitlines()[0].removeprefix("Error: "))

@@ -1,0 +1,228 @@
+"""HYBRID_TRACER: the render engine of the trace scene.
+
+Blender calls it after EEVEE has finished the user's scene, at the same frame, size and border. It reads EEVEE's mask
+layer, translates the scene, traces the masked pixels and hands the traced half to the compositor.
+"""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..report.frame import frame_report
+from ..scene import Film, Float32, Settings
+from . import images, pipeline, results
+from .errors import HybridError
+
+Progress = Callable[[str, float], bool]
+Window = tuple[int, int, int, int]
+
+
+class HybridTracer(bpy.types.RenderEngine):
+    """Ray traces the flagged objects of the scene that this one has as its background set."""
+
+    bl_idname = pipeline.ENGINE
+    bl_label = "Hybrid Tracer"
+    bl_use_preview = False
+    bl_use_shading_nodes_custom = False
+
+    def update_render_passes(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
+        """Declare the passes, or compositor trees lose their sockets."""
+        self.register_pass(scene, view_layer, "Combined", 4, "RGBA", "COLOR")
+        for name in ("Mask", "Residual"):
+            self.register_pass(scene, view_layer, name, 1, "X", "VALUE")
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Trace one frame. An error is one line in the interface and in the console, and leaves no picture."""
+        scene = depsgraph.scene.background_set
+        if scene is None:
+            self._fail("", "this scene belongs to the Hybrid add-on: render your own scene instead")
+            return
+        for name in ("Mask", "Residual"):
+            self.add_pass(name, 1, "X")
+        target = self.begin_result(0, 0, self.resolution_x, self.resolution_y)
+        delivered = False
+        try:
+            window = _window(scene, (self.resolution_x, self.resolution_y), (target.resolution_x, target.resolution_y))
+            frame, film = trace_frame(scene, depsgraph, (self.resolution_x, self.resolution_y), window, self._progress)
+            _deliver(target, frame, film)
+            results.traced(scene.name, frame)
+            delivered = True
+        except _cancelled():
+            pass
+        except (HybridError, ImportError, MemoryError) as error:
+            self._fail(scene.name, str(error) or type(error).__name__)
+        except ValueError as error:  # the tracer's and the translator's own checks: one line each
+            self._fail(scene.name, str(error))
+        finally:
+            self.end_result(target, cancel=not delivered)
+
+    def _progress(self, phase: str, fraction: float) -> bool:
+        self.update_stats("Hybrid", phase if fraction <= 0 else f"{phase} {fraction * 100:.0f} %")
+        self.update_progress(fraction)
+        return not self.test_break()
+
+    def _fail(self, scene: str, message: str) -> None:
+        results.errors[scene] = message
+        self.report({"ERROR"}, f"Hybrid: {message}")
+        self.error_set(f"Hybrid: {message}")
+
+
+def trace_frame(
+    scene: bpy.types.Scene,
+    depsgraph: bpy.types.Depsgraph,
+    resolution: tuple[int, int],
+    window: Window,
+    progress: Progress,
+) -> tuple[results.Frame, Film]:
+    """Read the mask, translate, trace, premultiply: everything between EEVEE and the compositor."""
+    from ..compositor import premultiply
+    from ..tracer import Cancelled, trace
+    from .sync import translate
+
+    timing = {"raster": results.since_start(scene.name)}
+    mode = scene.hybrid.mode
+
+    clock = results.Clock()
+    raster, mask = (None, None) if mode == "FULL" else _stage(progress, "Reading EEVEE's picture", read_mask, scene, window)
+    timing["mask read"] = clock.read()
+
+    clock = results.Clock()
+    translation = _stage(
+        progress, "Translating the scene", translate, depsgraph, scene, resolution, window,
+        light_falloff=scene.hybrid.light_falloff,
+    )  # fmt: skip
+    timing["translate"] = clock.read()
+
+    settings = tracer_settings(scene)
+    if not progress("Building", 0.0):
+        raise Cancelled
+    film = trace(translation.scene, settings, mask, lambda fraction: progress("Tracing", fraction))
+    mask = film.coverage if mask is None else mask
+    report = frame_report(
+        versions=versions(),
+        settings=public_settings(scene),
+        frame=scene.frame_current,
+        resolution=resolution,
+        mask=mask,
+        film=film,
+        counts=translation.counts,
+        time=timing,
+        warnings=[*scene_warnings(scene), *translation.warnings],
+    )
+    return results.Frame(window, raster, mask, premultiply(film.radiance, mask), report), film
+
+
+def read_mask(scene: bpy.types.Scene, window: Window) -> tuple[Float32, Float32]:
+    """EEVEE's picture without the flagged objects (h, w, 4), and their coverage (h, w), both over the window."""
+    from ..compositor import mask_from_alpha
+
+    planes = images.read_render_result(scene)
+    mask_layer = pipeline.mask_layer(scene)
+    raster = _crop(planes[f"{mask_layer.name}.Combined"], window) if mask_layer else None
+    if raster is None:
+        raise HybridError(f"scene '{scene.name}' has no mask view layer: switch Hybrid off and on again")
+    if not scene.render.film_transparent:
+        return raster, mask_from_alpha(raster[..., 3])
+    whole = _crop(planes[f"{pipeline.source_layer(scene).name}.Combined"], window)
+    return raster, mask_from_alpha(raster[..., 3], whole[..., 3])
+
+
+def tracer_settings(scene: bpy.types.Scene) -> Settings:
+    """The tracer's settings of a scene."""
+    return Settings(
+        samples=scene.hybrid.samples,
+        max_depth=scene.hybrid.max_depth,
+        filter_radius=scene.render.filter_size,
+        see="ALL" if scene.hybrid.mode == "FULL" else "FLAGGED",
+        transparent=scene.render.film_transparent,
+        threads=scene.hybrid.threads,
+    )
+
+
+def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:
+    """What the report says of the settings."""
+    names = ("mode", "samples", "max_depth", "light_falloff", "threads")
+    return {
+        **{name: getattr(scene.hybrid, name) for name in names},
+        "eevee_samples": scene.eevee.taa_render_samples,
+        "filter_size": scene.render.filter_size,
+        "film_transparent": scene.render.film_transparent,
+    }
+
+
+def scene_warnings(scene: bpy.types.Scene) -> list[str]:
+    """What the pipeline itself cannot do in this scene."""
+    from . import nodes
+
+    warnings = []
+    source = pipeline.source_layer(scene)
+    others = [layer.name for layer in scene.view_layers if layer != source and layer.use and not layer.get(pipeline.MASK_MARK)]
+    if others:
+        warnings.append(f"only view layer '{source.name}' is hybrid; drawn by EEVEE alone: {', '.join(others)}")
+    if nodes.feeds_nothing(scene, source):
+        warnings.append(f"the compositor does not use view layer '{source.name}': the ray traced half does not show")
+    if scene.render.use_multiview:
+        warnings.append("stereoscopy is not supported: the ray traced half shows one view")
+    if scene.render.use_sequencer and scene.sequence_editor and len(scene.sequence_editor.strips_all) > 0:
+        warnings.append("the video sequencer replaces the rendered picture: switch Post Processing > Sequencer off")
+    return warnings
+
+
+def versions() -> dict[str, str]:
+    """Versions of what took part."""
+    from ..tracer.accel import embree_version
+
+    return {"blender": bpy.app.version_string, "embree": embree_version(), "platform": platform.platform()}
+
+
+# ------------------------------------------------------------------------------------------------ small parts
+
+
+def _stage(progress: Progress, phase: str, work: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    from ..tracer import Cancelled
+
+    if not progress(phase, 0.0):
+        raise Cancelled
+    return work(*args, **kwargs)
+
+
+def _cancelled() -> type[Exception]:
+    """tracer.Cancelled, imported late: a missing numpy or embreex must not keep Blender from loading the add-on."""
+    with suppress(ImportError):
+        from ..tracer import Cancelled
+
+        return Cancelled
+    return KeyboardInterrupt  # type: ignore[return-value]
+
+
+def _window(scene: bpy.types.Scene, resolution: tuple[int, int], size: tuple[int, int]) -> Window:
+    """The render border in pixels. Blender multiplies in single precision and truncates (render/intern/pipeline.cc)."""
+    if size == resolution and not scene.render.use_border:
+        return (0, 0, *resolution)
+    x0 = int(np.float32(scene.render.border_min_x) * np.float32(resolution[0]))
+    y0 = int(np.float32(scene.render.border_min_y) * np.float32(resolution[1]))
+    return (x0, y0, x0 + size[0], y0 + size[1])
+
+
+def _crop(image: Float32, window: Window) -> Float32:
+    """The window of a full frame; a cropped render is the window already."""
+    x0, y0, x1, y1 = window
+    if image.shape[:2] == (y1 - y0, x1 - x0):
+        return image
+    return np.ascontiguousarray(image[y0:y1, x0:x1])
+
+
+def _deliver(target: bpy.types.RenderResult, frame: results.Frame, film: Film) -> None:
+    passes = target.layers[0].passes
+    passes["Combined"].rect = frame.traced.reshape(-1, 4)
+    passes["Mask"].rect = frame.mask.reshape(-1, 1)
+    passes["Residual"].rect = (film.residual * frame.mask).reshape(-1, 1)
+
+
+CLASSES = (HybridTracer,)

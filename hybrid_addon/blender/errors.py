@@ -1,0 +1,7 @@
+"""The one exception that people see: its text is one line that names what is wrong and what to do."""
+
+from __future__ import annotations
+
+
+class HybridError(ValueError):
+    """Bad input (exit code 2 on the command line, an error report in the interface)."""

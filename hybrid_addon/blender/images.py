@@ -1,0 +1,132 @@
+"""EXR files and Blender's render results to arrays and back. Rows are bottom-up in arrays and top-down in files."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..scene import Float32
+from .errors import HybridError
+
+_CHANNELS = "RGBA"
+
+
+def read_render_result(scene: bpy.types.Scene) -> dict[str, Float32]:
+    """All passes of the scene's finished render as "Layer.Pass" -> (h, w, channels) float32, bottom row first.
+
+    Goes through a multilayer EXR in Blender's temporary folder: the only way that works while the compositor's other
+    scenes are still rendering, in the background and in a window. The user's image settings come back unchanged.
+    """
+    handle, name = tempfile.mkstemp(prefix="hybrid_", suffix=".exr", dir=bpy.app.tempdir or None)
+    os.close(handle)
+    try:
+        with _multilayer(scene):
+            bpy.data.images["Render Result"].save_render(name, scene=scene)
+        return read_exr(name)
+    finally:
+        Path(name).unlink(missing_ok=True)
+
+
+def read_exr(path: str | os.PathLike[str]) -> dict[str, Float32]:
+    """Read a multilayer EXR: "Layer.Pass" -> (h, w, channels) float32, bottom row first, channels as RGBA or XYZ order.
+
+    Blender 4.5 writes one part with all channels and 5.x one part for each pass, so only channel names are trusted.
+    """
+    import OpenImageIO as oiio
+
+    source = oiio.ImageInput.open(os.fspath(path))
+    if source is None:
+        raise HybridError(f"cannot read '{path}': {oiio.geterror()}")
+    planes: dict[str, dict[str, Float32]] = {}
+    try:
+        part = 0
+        while source.seek_subimage(part, 0):
+            spec = source.spec()
+            pixels = np.asarray(source.read_image(part, 0, 0, spec.nchannels, "float"))
+            for index, channel in enumerate(spec.channelnames):
+                owner, _, letter = channel.rpartition(".")
+                planes.setdefault(owner, {})[letter] = pixels[::-1, :, index]
+            part += 1
+    finally:
+        source.close()
+    order = {letter: rank for rank, letter in enumerate("RXVGYBZAW")}
+    return {
+        name: np.ascontiguousarray(np.stack([v for _, v in sorted(c.items(), key=lambda x: order.get(x[0], 99))], axis=-1))
+        for name, c in planes.items()
+    }
+
+
+def write_exr(path: str | os.PathLike[str], pixels: Float32) -> None:
+    """Write (h, w) or (h, w, 3 or 4) float32, bottom row first, as a 32-bit EXR. The file appears whole or not at all."""
+    import OpenImageIO as oiio
+
+    pixels = pixels[..., None] if pixels.ndim == 2 else pixels
+    height, width, channels = pixels.shape
+    spec = oiio.ImageSpec(width, height, channels, "float")
+    spec.channelnames = ("Y",) if channels == 1 else tuple(_CHANNELS[:channels])
+    spec.attribute("compression", "zip")
+    with atomic(path) as temporary:
+        output = oiio.ImageOutput.create(temporary)
+        written = output and output.open(temporary, spec) and output.write_image(np.ascontiguousarray(pixels[::-1]))
+        if not (written and output.close()):
+            raise HybridError(f"cannot write '{path}': {output.geterror() if output else oiio.geterror()}")
+
+
+def write_render_result(path: str | os.PathLike[str], scene: bpy.types.Scene) -> None:
+    """Save the scene's composite as PNG (view transform applied) or EXR (scene-linear, 32 bit) by the path's extension."""
+    formats = {".png": ("PNG", "16" if scene.render.image_settings.color_depth == "16" else "8"), ".exr": ("OPEN_EXR", "32")}
+    file_format, depth = formats[Path(path).suffix.lower()]
+    with atomic(path) as temporary, image_settings(scene, "IMAGE", file_format, depth):
+        try:
+            bpy.data.images["Render Result"].save_render(temporary, scene=scene)
+        except RuntimeError as error:
+            raise HybridError(f"cannot write '{path}': {str(error).strip()}") from error
+
+
+@contextmanager
+def atomic(path: str | os.PathLike[str]) -> Iterator[str]:
+    """Give a temporary name beside `path`; rename it there on success, remove it on failure: whole or not at all."""
+    path = Path(path)
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+    try:
+        yield str(temporary)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise HybridError(f"cannot write '{path}': {error.strerror or error}") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def image_settings(scene: bpy.types.Scene, media: str, file_format: str, depth: str, codec: str = "ZIP") -> Iterator[None]:
+    """Change the scene's output format for a moment. Writing to settings is allowed inside a render."""
+    settings = scene.render.image_settings
+    names = ["media_type", "file_format", "color_mode", "color_depth", "exr_codec"]
+    before = {name: getattr(settings, name) for name in names if hasattr(settings, name)}
+    wanted = {"media_type": media, "file_format": file_format, "color_mode": "RGBA", "color_depth": depth, "exr_codec": codec}
+    try:
+        _assign(settings, wanted, before)
+        yield
+    finally:
+        _assign(settings, before, before)
+
+
+def _assign(settings: bpy.types.ImageFormatSettings, values: Mapping[str, str], known: Mapping[str, str]) -> None:
+    for name, value in values.items():  # in this order: a media type limits the formats, a format the depths
+        if name in known and not (name == "exr_codec" and not settings.file_format.startswith("OPEN_EXR")):
+            try:
+                setattr(settings, name, value)
+            except TypeError:  # a depth or mode that the restored format does not have was not in use either
+                continue
+
+
+@contextmanager
+def _multilayer(scene: bpy.types.Scene) -> Iterator[None]:
+    with image_settings(scene, "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER", "32", "NONE"):
+        yield

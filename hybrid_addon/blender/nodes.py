@@ -1,0 +1,332 @@
+"""The compositor part of the pipeline.
+
+For each Render Layers node that shows the user's view layer there is one *Hybrid* group node, and whatever that Render
+Layers node fed (Image, Alpha) is fed by the Hybrid node instead:
+
+    Render Layers (Hybrid Mask) --Raster-->  Hybrid  --> what the user's Render Layers fed
+    Render Layers (Hybrid Trace) --Traced-->
+
+The group adds all four channels: the raster half is already multiplied by 1 - coverage and the traced half by coverage
+(both associated alpha), so the plain sum is exact at every edge. In RASTER mode the user's own layer goes through the
+group with nothing to add, in FULL mode nothing but the traced half.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+from .restore import Restore
+
+GROUP = "Hybrid Composite"
+GROUP_MARK = "hybrid_composite"
+SOURCE = "hybrid_source"  # on a Hybrid node: name of the Render Layers node that it stands in for
+ROLE = "hybrid_role"  # on nodes that we made: "mask", "trace", or "own" (made because the user had none)
+MUTED = "hybrid_muted"  # on the user's nodes that we muted
+OUTPUTS = {"COMPOSITE", "GROUP_OUTPUT"}
+_PLAIN = {"R_LAYERS", "COMPOSITE", "VIEWER", "REROUTE", "GROUP_OUTPUT"}
+_NEW_API = bpy.app.version >= (5, 0)
+
+
+# ------------------------------------------------------------------------------------------------ doors
+
+
+def sync(
+    scene: bpy.types.Scene,
+    source: bpy.types.ViewLayer,
+    mask: bpy.types.ViewLayer,
+    trace: bpy.types.Scene,
+    mode: str,
+    restore: Restore,
+) -> None:
+    """Bring the compositor in step; see the module's head. Idempotent."""
+    tree = _ensure_tree(scene, source, restore)
+    mask_node = _own_render_layers(tree, "mask", scene, mask.name)
+    trace_node = _own_render_layers(tree, "trace", trace, trace.view_layers[0].name)
+    _mute(mask_node, mode != "HYBRID")
+    _mute(trace_node, mode == "RASTER")
+    stand_ins = {node.get(SOURCE): node for node in tree.nodes if SOURCE in node}
+    for user_node in _render_layers(tree, scene, source.name):
+        hybrid = stand_ins.pop(user_node.name, None) or _insert(tree, user_node)
+        _divert(tree, user_node, hybrid)
+        raster = {"HYBRID": mask_node, "RASTER": user_node}.get(mode)
+        _link(tree, hybrid.inputs["Raster"], raster and raster.outputs["Image"])
+        _link(tree, hybrid.inputs["Traced"], None if mode == "RASTER" else trace_node.outputs["Image"])
+        _mute_ours(user_node, mode == "FULL" and not _other_outputs(user_node))
+    for orphan in stand_ins.values():
+        _withdraw(tree, orphan, scene, source.name)
+
+
+def tear_down(scene: bpy.types.Scene, restore: Restore) -> None:
+    """Give every link back to the user's Render Layers nodes and remove ours. Does nothing in a clean tree."""
+    tree = compositor_tree(scene)
+    if tree is not None:
+        for node in [node for node in tree.nodes if SOURCE in node]:
+            _withdraw(tree, node, scene, None)
+        for node in tree.nodes:
+            _mute_ours(node, False)
+        for node in [node for node in tree.nodes if node.get(ROLE) in {"mask", "trace"}]:
+            tree.nodes.remove(node)
+        _wake(tree, restore)
+    _restore_tree(scene, tree, restore)
+    group = _find_group()
+    if group is not None and group.users == 0:
+        bpy.data.node_groups.remove(group)
+
+
+def needs_source(scene: bpy.types.Scene, source: bpy.types.ViewLayer, mode: str) -> bool:
+    """Whether EEVEE has to render the user's own layer too, beside the mask layer.
+
+    With an opaque film the mask layer alone gives raster and mask. A transparent film hides the difference between sky
+    and object, other passes and Cryptomatte exist in the user's layer only, and so do the layers of a multilayer file.
+    """
+    if mode != "HYBRID":
+        return mode == "RASTER"
+    tree = compositor_tree(scene)
+    others = tree is not None and any(
+        node.type == "CRYPTOMATTE_V2" or (_is_user(node, scene, source.name) and _other_outputs(node)) for node in tree.nodes
+    )
+    return scene.render.film_transparent or others or scene.render.image_settings.file_format == "OPEN_EXR_MULTILAYER"
+
+
+def feeds_nothing(scene: bpy.types.Scene, source: bpy.types.ViewLayer) -> bool:
+    """Whether the user's compositor never uses this scene's picture, so that the hybrid one cannot show either."""
+    tree = compositor_tree(scene)
+    return tree is None or not any(link.from_node.get(SOURCE) for link in tree.links)
+
+
+def compositor_tree(scene: bpy.types.Scene) -> bpy.types.NodeTree | None:
+    """The scene's compositor tree in this version of Blender, or None."""
+    return scene.compositing_node_group if _NEW_API else scene.node_tree
+
+
+# ------------------------------------------------------------------------------------------------ the tree itself
+
+
+def _ensure_tree(scene: bpy.types.Scene, source: bpy.types.ViewLayer, restore: Restore) -> bpy.types.NodeTree:
+    """The live tree: the user's, or a plain one (Render Layers -> output) where he has none or has switched his off."""
+    was_off = not scene.render.use_compositing
+    restore.remember("use_compositing", scene.render.use_compositing)
+    if was_off:
+        scene.render.use_compositing = True
+    if _NEW_API:
+        tree = scene.compositing_node_group
+        if tree is not None and was_off:
+            scene.hybrid.user_tree, tree = tree, None
+        if tree is None:
+            tree = scene.compositing_node_group = _new_tree()
+    else:
+        was_off = was_off or not scene.use_nodes
+        restore.remember("use_nodes", scene.use_nodes)
+        if not scene.use_nodes:
+            scene.use_nodes = True  # Blender fills an empty scene's tree with Render Layers -> Composite
+        tree = scene.node_tree
+        if was_off and any(node.type not in _PLAIN for node in tree.nodes):
+            _put_to_sleep(tree, scene, source, restore)
+    _ensure_output(tree, scene, source)
+    return tree
+
+
+def _new_tree() -> bpy.types.NodeTree:
+    tree = bpy.data.node_groups.new("Hybrid Compositor", "CompositorNodeTree")
+    tree[ROLE] = "own"
+    tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+    return tree
+
+
+def _ensure_output(tree: bpy.types.NodeTree, scene: bpy.types.Scene, source: bpy.types.ViewLayer) -> None:
+    """An empty tree gets the two nodes that Blender's own default has."""
+    if any(node.type in OUTPUTS for node in tree.nodes):
+        return
+    output = tree.nodes.new("NodeGroupOutput" if _NEW_API else "CompositorNodeComposite")
+    output.location = (400, 0)
+    output[ROLE] = "own"
+    if output.inputs:
+        render_layers = _render_layers_node(tree, "own", scene, source.name)
+        tree.links.new(output.inputs[0], render_layers.outputs["Image"])
+
+
+def _put_to_sleep(
+    tree: bpy.types.NodeTree, scene: bpy.types.Scene, source: bpy.types.ViewLayer, restore: Restore
+) -> None:
+    """4.5 only: a tree that the user has switched off must stay without effect although Use Nodes is now on."""
+    for node in tree.nodes:
+        if node.type == "OUTPUT_FILE":
+            _mute_ours(node, True)
+    output = next((node for node in tree.nodes if node.type == "COMPOSITE"), None)
+    if output is None:
+        return
+    link = next(iter(output.inputs[0].links), None)
+    before = [link.from_node.name, link.from_socket.identifier] if link else None
+    restore.remember("asleep", {"output": output.name, "before": before})
+    render_layers = _render_layers_node(tree, "own", scene, source.name)
+    tree.links.new(output.inputs[0], render_layers.outputs["Image"])
+
+
+def _wake(tree: bpy.types.NodeTree, restore: Restore) -> None:
+    """The inverse of `_put_to_sleep`."""
+    asleep = restore.get("asleep")
+    output = tree.nodes.get(asleep["output"]) if asleep else None
+    if output is None:
+        return
+    _link(tree, output.inputs[0], None)
+    before = asleep["before"]
+    origin = tree.nodes.get(before[0]) if before else None
+    if origin is not None:
+        socket = next((s for s in origin.outputs if s.identifier == before[1]), None)
+        _link(tree, output.inputs[0], socket)
+    for node in [node for node in tree.nodes if node.get(ROLE) == "own"]:
+        tree.nodes.remove(node)
+
+
+def _restore_tree(scene: bpy.types.Scene, tree: bpy.types.NodeTree | None, restore: Restore) -> None:
+    if _NEW_API:
+        if tree is not None and tree.get(ROLE) == "own":
+            untouched = all(node.get(ROLE) == "own" for node in tree.nodes)
+            if untouched:
+                scene.compositing_node_group = scene.hybrid.user_tree
+                bpy.data.node_groups.remove(tree)
+            else:  # the user has built on it: it is his now
+                del tree[ROLE]
+                for node in tree.nodes:
+                    node.pop(ROLE, None)
+        scene.hybrid.property_unset("user_tree")
+    elif restore.get("use_nodes") is False:
+        if tree is not None:
+            for node in tree.nodes:
+                node.pop(ROLE, None)
+        scene.use_nodes = False
+    if restore.get("use_compositing") is False:
+        scene.render.use_compositing = False
+
+
+# ------------------------------------------------------------------------------------------------ nodes
+
+
+def _is_user(node: bpy.types.Node, scene: bpy.types.Scene, layer: str | None) -> bool:
+    if node.type != "R_LAYERS" or node.get(ROLE) in {"mask", "trace"} or node.scene not in (None, scene):
+        return False
+    return (not node.mute or MUTED in node) and layer in (None, node.layer)
+
+
+def _render_layers(tree: bpy.types.NodeTree, scene: bpy.types.Scene, layer: str | None) -> list[bpy.types.Node]:
+    """The user's Render Layers nodes that show this layer (None: any layer) of this scene."""
+    return [node for node in tree.nodes if _is_user(node, scene, layer)]
+
+
+def _other_outputs(node: bpy.types.Node) -> bool:
+    """Whether a pass other than the picture is used."""
+    return any(socket.is_linked for socket in node.outputs if socket.name not in {"Image", "Alpha"})
+
+
+def _render_layers_node(
+    tree: bpy.types.NodeTree, role: str, scene: bpy.types.Scene, layer: str
+) -> bpy.types.Node:
+    node = tree.nodes.new("CompositorNodeRLayers")
+    node[ROLE] = role
+    node.scene = scene
+    node.layer = layer
+    return node
+
+
+def _own_render_layers(
+    tree: bpy.types.NodeTree, role: str, scene: bpy.types.Scene, layer: str
+) -> bpy.types.Node:
+    node = next((node for node in tree.nodes if node.get(ROLE) == role), None)
+    if node is None:
+        node = _render_layers_node(tree, role, scene, layer)
+        node.label = {"mask": "Hybrid: EEVEE without the ray traced objects", "trace": "Hybrid: the ray traced objects"}[role]
+        node.location = {"mask": (-700, -450), "trace": (-700, -800)}[role]
+    if node.scene != scene:
+        node.scene = scene
+    if node.layer != layer:
+        node.layer = layer
+    return node
+
+
+def _insert(tree: bpy.types.NodeTree, user_node: bpy.types.Node) -> bpy.types.Node:
+    node = tree.nodes.new("CompositorNodeGroup")
+    node.node_tree = _find_group() or _new_group()
+    node.label = "Hybrid"
+    node[SOURCE] = user_node.name
+    node.location = (user_node.location.x + 260, user_node.location.y - 40)
+    for socket in node.inputs:
+        socket.default_value = (0.0, 0.0, 0.0, 0.0)
+    return node
+
+
+def _divert(tree: bpy.types.NodeTree, user_node: bpy.types.Node, hybrid: bpy.types.Node) -> None:
+    """Whatever the user's node fed is fed by the Hybrid node."""
+    for name in ("Image", "Alpha"):
+        for link in list(user_node.outputs[name].links):
+            if link.to_node != hybrid:
+                tree.links.new(link.to_socket, hybrid.outputs[name])
+
+
+def _withdraw(tree: bpy.types.NodeTree, hybrid: bpy.types.Node, scene: bpy.types.Scene, layer: str | None) -> None:
+    """Take a Hybrid node out again; if its Render Layers node was renamed, any other of this layer takes its links."""
+    origin = tree.nodes.get(hybrid[SOURCE]) or next(iter(_render_layers(tree, scene, layer)), None)
+    for output in hybrid.outputs:
+        for link in list(output.links):
+            if origin is not None:
+                tree.links.new(link.to_socket, origin.outputs[output.name])
+    tree.nodes.remove(hybrid)
+
+
+def _link(tree: bpy.types.NodeTree, to_socket: bpy.types.NodeSocket, from_socket: bpy.types.NodeSocket | None) -> None:
+    """Make exactly this link stand, or none."""
+    link = next(iter(to_socket.links), None)
+    if link is not None and from_socket is not None and link.from_socket == from_socket:
+        return
+    if from_socket is not None:
+        tree.links.new(to_socket, from_socket)
+    elif link is not None:
+        tree.links.remove(link)
+
+
+def _mute(node: bpy.types.Node, value: bool) -> None:
+    if node.mute != value:
+        node.mute = value
+
+
+def _mute_ours(node: bpy.types.Node, value: bool) -> None:
+    """Mute one of the user's nodes for a while, or give it back; never touches what he muted himself."""
+    if value and not node.mute:
+        node.mute = True
+        node[MUTED] = True
+    elif not value and MUTED in node:
+        node.mute = False
+        del node[MUTED]
+
+
+# ------------------------------------------------------------------------------------------------ the group
+
+
+def _find_group() -> bpy.types.NodeTree | None:
+    return next((group for group in bpy.data.node_groups if group.get(GROUP_MARK) and group.library is None), None)
+
+
+def _new_group() -> bpy.types.NodeTree:
+    """Raster, Traced -> Image, Alpha: the sum of all four channels, nothing clamped."""
+    group = bpy.data.node_groups.new(GROUP, "CompositorNodeTree")
+    group[GROUP_MARK] = True
+    for name in ("Raster", "Traced"):
+        group.interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketColor")
+    group.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+    group.interface.new_socket("Alpha", in_out="OUTPUT", socket_type="NodeSocketFloat")
+    entrance, leave = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
+    halves = [group.nodes.new("CompositorNodeSeparateColor") for _ in range(2)]
+    whole = group.nodes.new("CompositorNodeCombineColor")
+    for half, output in zip(halves, entrance.outputs, strict=False):
+        group.links.new(half.inputs[0], output)
+    for channel in range(4):
+        add = group.nodes.new("ShaderNodeMath")
+        add.operation = "ADD"
+        for term, half in zip(add.inputs, halves, strict=False):
+            group.links.new(term, half.outputs[channel])
+        group.links.new(whole.inputs[channel], add.outputs[0])
+        add.location = (0, 300 - 160 * channel)
+    group.links.new(leave.inputs["Image"], whole.outputs[0])
+    group.links.new(leave.inputs["Alpha"], add.outputs[0])
+    entrance.location, leave.location, whole.location = (-600, 0), (500, 0), (250, 0)
+    halves[0].location, halves[1].location = (-350, 150), (-350, -150)
+    return group

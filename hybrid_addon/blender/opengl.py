@@ -1,0 +1,47 @@
+"""Is there an OpenGL for EEVEE? Asked before a headless render, because without one Blender crashes in the middle of it."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import os
+import sys
+
+import bpy
+
+from .errors import HybridError
+
+_PACKAGES = "libegl1 libgl1 libegl-mesa0 libgl1-mesa-dri"  # Debian and Ubuntu: Mesa's software OpenGL
+_EGL_OPENGL_API = 0x30A2  # egl.h
+
+
+def require() -> None:
+    """Raise HybridError if EEVEE cannot render on this machine; always passes where there is a display."""
+    if not bpy.app.background or not sys.platform.startswith("linux"):
+        return
+    if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+        return
+    problem = _egl_problem()
+    if problem:
+        raise HybridError(
+            f"EEVEE needs OpenGL and {problem}: install a graphics driver or Mesa (Debian: apt install {_PACKAGES}), "
+            "or use mode full, which needs none"
+        )
+
+
+@functools.cache
+def _egl_problem() -> str:
+    """What keeps EGL from giving a headless OpenGL context; "" if nothing does. The display stays open for Blender."""
+    try:
+        egl = ctypes.CDLL("libEGL.so.1")
+    except OSError:
+        return "libEGL.so.1 is not installed"
+    egl.eglGetDisplay.restype = ctypes.c_void_p
+    egl.eglGetDisplay.argtypes = [ctypes.c_void_p]
+    egl.eglInitialize.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
+    display = egl.eglGetDisplay(None)
+    if not display or not egl.eglInitialize(display, None, None):
+        return "EGL finds no driver"
+    if not egl.eglBindAPI(_EGL_OPENGL_API):
+        return "the EGL driver has no OpenGL"
+    return ""

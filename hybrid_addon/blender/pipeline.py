@@ -1,0 +1,329 @@
+"""What a hybrid scene has that a plain one has not: set up, kept in step, taken away again without a trace.
+
+    user's scene                                      "Hybrid Trace" scene (engine HYBRID_TRACER)
+      view layer "Hybrid Mask"                          background_set = the user's scene, so that it shows its
+        collection "Hybrid Traced", held out            objects without linking one of them
+      compositor: Render Layers (mask) + Render Layers (trace) -> Hybrid -> whatever the user's Render Layers fed
+
+`sync(scene)` is idempotent: it compares what is there with what should be there and writes only the differences, so
+it can run after any change, undo, load, copy or append. `tear_down(scene)` is its inverse. Nothing else edits the
+scene. Both run on the main thread only, never from a render handler in a window (that crashes Blender).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import bpy
+
+from . import nodes
+from .errors import HybridError
+from .restore import Restore
+
+MASK_LAYER = "Hybrid Mask"
+COLLECTION = "Hybrid Traced"
+TRACE_SCENE = "Hybrid Trace"
+TRACE_LAYER = "Traced"
+ENGINE = "HYBRID_TRACER"
+SOURCE_MARK = "hybrid_source"  # custom property on the user's view layer that the mask layer imitates
+MASK_MARK = "hybrid_mask"  # custom property on the mask layer: found again after a rename
+
+# Settings of a view layer that change what EEVEE draws; the mask layer takes them from the user's layer.
+_LAYER_SETTINGS = (
+    "material_override",
+    "world_override",
+    "samples",
+    "use_sky",
+    "use_solid",
+    "use_strand",
+    "use_volumes",
+    "use_motion_blur",
+    "use_freestyle",
+)
+
+
+# ------------------------------------------------------------------------------------------------ questions
+
+
+def is_eevee(scene: bpy.types.Scene) -> bool:
+    """Whether EEVEE draws this scene (its engine id differs between Blender versions)."""
+    return scene.render.engine in {"BLENDER_EEVEE", "BLENDER_EEVEE_NEXT"}
+
+
+def is_trace_scene(scene: bpy.types.Scene) -> bool:
+    """Whether the scene is one of ours."""
+    return scene.render.engine == ENGINE
+
+
+def is_active(scene: bpy.types.Scene) -> bool:
+    """Whether the pipeline should stand in this scene."""
+    return bool(scene.hybrid.enabled and scene.library is None and not is_trace_scene(scene) and is_eevee(scene))
+
+
+def why_inactive(scene: bpy.types.Scene) -> str:
+    """Why an enabled scene has no pipeline, as one line for people; "" if it has one."""
+    if scene.library is not None:
+        return f"scene '{scene.name}' is linked from {scene.library.filepath}: enable Hybrid in that file"
+    if is_trace_scene(scene):
+        return f"scene '{scene.name}' belongs to the add-on: choose your own scene"
+    if not is_eevee(scene):
+        return f"scene '{scene.name}' renders with {scene.render.engine}: set Render Engine to EEVEE for hybrid rendering"
+    return ""
+
+
+def source_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
+    """The user's view layer that is rendered hybrid: the first one that is rendered at all."""
+    own = [layer for layer in scene.view_layers if not layer.get(MASK_MARK)]
+    marked = [layer for layer in own if layer.get(SOURCE_MARK)]
+    used = [layer for layer in own if layer.use]
+    return (marked or used or own)[0]
+
+
+def mask_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer | None:
+    """The mask view layer, or None."""
+    return next((layer for layer in scene.view_layers if layer.get(MASK_MARK)), None)
+
+
+def effective_mode(scene: bpy.types.Scene) -> str:
+    """The mode, but RASTER where nothing is ray traced: an empty mask costs nothing."""
+    mode = scene.hybrid.mode
+    return "RASTER" if mode == "HYBRID" and not flagged_objects(scene) else mode
+
+
+def flagged_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The ray traced objects that the user's layer renders, each once, in the order of its collections.
+
+    Only through collections that are neither excluded from the layer nor disabled for rendering: linking an object
+    into our collection must not bring back what the user has switched off.
+    """
+    found: dict[str, bpy.types.Object] = {}
+    ours = scene.hybrid.collection
+
+    def walk(layer_collection: bpy.types.LayerCollection) -> None:
+        collection = layer_collection.collection
+        if collection == ours or collection.hide_render:
+            return
+        if not layer_collection.exclude:
+            found.update((ob.name_full, ob) for ob in collection.objects if ob.hybrid.ray_traced)
+        for child in layer_collection.children:
+            walk(child)
+
+    walk(source_layer(scene).layer_collection)
+    return list(found.values())
+
+
+# ------------------------------------------------------------------------------------------------ doors
+
+
+def enable(scene: bpy.types.Scene) -> None:
+    """Switch hybrid rendering on. Raises HybridError with the reason where the scene cannot be rendered hybrid."""
+    reason = why_inactive(scene)
+    if reason:
+        raise HybridError(reason)
+    scene.hybrid.enabled = True  # its update callback calls sync
+    sync(scene)
+
+
+def disable(scene: bpy.types.Scene) -> None:
+    """Switch hybrid rendering off; the scene is then as it was before `enable`."""
+    scene.hybrid.enabled = False
+    sync(scene)
+
+
+def object_changed(b_object: bpy.types.Object) -> None:
+    """A ray traced flag changed: bring every scene that shows the object in step."""
+    for scene in b_object.users_scene:
+        scene_changed(scene)
+
+
+def scene_changed(scene: bpy.types.Scene) -> None:
+    """A scene setting changed."""
+    if not _busy():
+        sync(scene)
+
+
+def sync_all() -> None:
+    """Bring every scene in step and remove trace scenes whose owner is gone."""
+    for scene in list(bpy.data.scenes):
+        if not is_trace_scene(scene):
+            sync(scene)
+    _remove_orphans()
+
+
+def sync(scene: bpy.types.Scene) -> None:
+    """Make the scene hold exactly the pipeline that its settings ask for; write nothing where it already does."""
+    if not is_active(scene):
+        tear_down(scene)
+        return
+    with _guard() as entered:
+        if not entered:
+            return
+        _disown_copies(scene)
+        restore = Restore(scene)
+        mode = effective_mode(scene)
+        source = _sync_source(scene, restore)
+        _sync_collection(scene)
+        mask = _sync_mask_layer(scene, source)
+        trace = _sync_trace_scene(scene)
+        nodes.sync(scene, source, mask, trace, mode, restore)
+        _set(mask, "use", mode == "HYBRID")
+        _set(source, "use", nodes.needs_source(scene, source, mode) or mode == "FULL")
+        restore.save()
+
+
+def tear_down(scene: bpy.types.Scene) -> None:
+    """Remove everything that `sync` made, put back everything that it changed. Does nothing in a clean scene."""
+    if is_trace_scene(scene) or scene.library is not None:
+        return
+    if not (scene.hybrid.restore or scene.hybrid.collection or scene.hybrid.trace_scene or mask_layer(scene)):
+        return
+    with _guard() as entered:
+        if not entered:
+            return
+        _disown_copies(scene)
+        restore = Restore(scene)
+        nodes.tear_down(scene, restore)
+        mask = mask_layer(scene)
+        if mask is not None:
+            scene.view_layers.remove(mask)
+        for layer in scene.view_layers:
+            if SOURCE_MARK in layer:
+                _set(layer, "use", bool(restore.get("source_use", True)))
+                del layer[SOURCE_MARK]
+        if scene.hybrid.collection is not None:
+            bpy.data.collections.remove(scene.hybrid.collection)
+        if scene.hybrid.trace_scene is not None:
+            bpy.data.scenes.remove(scene.hybrid.trace_scene)
+        restore.clear()
+
+
+# ------------------------------------------------------------------------------------------------ the parts
+
+
+def _sync_source(scene: bpy.types.Scene, restore: Restore) -> bpy.types.ViewLayer:
+    source = source_layer(scene)
+    if SOURCE_MARK not in source:
+        source[SOURCE_MARK] = True
+        restore.remember("source_use", source.use)
+    restore.remember("use_single_layer", scene.render.use_single_layer)
+    _set(scene.render, "use_single_layer", False)  # with it on Blender skips the trace scene
+    return source
+
+
+def _sync_collection(scene: bpy.types.Scene) -> None:
+    if scene.hybrid.collection is None:
+        scene.hybrid.collection = bpy.data.collections.new(COLLECTION)
+    collection = scene.hybrid.collection
+    if collection.name not in scene.collection.children:
+        scene.collection.children.link(collection)
+    wanted = flagged_objects(scene)
+    for b_object in list(collection.objects):
+        if b_object not in wanted:
+            collection.objects.unlink(b_object)
+    for b_object in wanted:
+        if b_object.name not in collection.objects:
+            collection.objects.link(b_object)
+
+
+def _sync_mask_layer(scene: bpy.types.Scene, source: bpy.types.ViewLayer) -> bpy.types.ViewLayer:
+    mask = mask_layer(scene)
+    if mask is None:
+        mask = scene.view_layers.new(MASK_LAYER)
+        mask[MASK_MARK] = True
+        for name in mask.bl_rna.properties.keys():  # a new layer has Depth on; the mask layer needs the picture only
+            if name.startswith("use_pass_"):
+                _set(mask, name, name == "use_pass_combined")
+    for name in _LAYER_SETTINGS:
+        if hasattr(source, name):
+            _set(mask, name, getattr(source, name))
+    ours = scene.hybrid.collection
+    for layer in scene.view_layers:
+        own = layer.layer_collection.children[ours.name]
+        _set(own, "exclude", layer != mask)
+    _set(mask.layer_collection.children[ours.name], "holdout", True)
+    _imitate(source.layer_collection, mask.layer_collection, ours)
+    return mask
+
+
+def _imitate(b_from: bpy.types.LayerCollection, b_to: bpy.types.LayerCollection, ours: bpy.types.Collection) -> None:
+    """Copy the per-layer switches of the user's collections."""
+    for child in b_from.children:
+        if child.collection == ours:
+            continue
+        twin = b_to.children[child.name]
+        for name in ("exclude", "holdout", "indirect_only"):
+            _set(twin, name, getattr(child, name))
+        _imitate(child, twin, ours)
+
+
+def _sync_trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene:
+    trace = scene.hybrid.trace_scene
+    if trace is None:
+        trace = scene.hybrid.trace_scene = bpy.data.scenes.new(TRACE_SCENE)
+        trace.render.engine = ENGINE
+        trace.view_layers[0].name = TRACE_LAYER
+    _set(trace, "background_set", scene)
+    _set(trace, "camera", scene.camera or _marker_camera(scene))  # Blender refuses to render a scene without one
+    return trace
+
+
+def _marker_camera(scene: bpy.types.Scene) -> bpy.types.Object | None:
+    return next((marker.camera for marker in scene.timeline_markers if marker.camera), None)
+
+
+def _disown_copies(scene: bpy.types.Scene) -> None:
+    """A copied scene points at the original's trace scene and collection: let go of what belongs to another scene."""
+    settings = scene.hybrid
+    trace = settings.trace_scene
+    if trace is not None and trace.background_set not in (None, scene):
+        settings.trace_scene = None
+    for other in bpy.data.scenes:
+        if other != scene and not is_trace_scene(other) and other.hybrid.collection == settings.collection is not None:
+            if _owns(other):
+                if settings.collection.name in scene.collection.children:
+                    scene.collection.children.unlink(settings.collection)
+                settings.collection = None
+                break
+
+
+def _owns(scene: bpy.types.Scene) -> bool:
+    return scene.hybrid.trace_scene is not None and scene.hybrid.trace_scene.background_set == scene
+
+
+def _remove_orphans() -> None:
+    owned = {scene.hybrid.trace_scene for scene in bpy.data.scenes if not is_trace_scene(scene)}
+    for scene in list(bpy.data.scenes):
+        if is_trace_scene(scene) and scene not in owned and scene.library is None and len(bpy.data.scenes) > 1:
+            bpy.data.scenes.remove(scene)
+
+
+# ------------------------------------------------------------------------------------------------ writing with care
+
+
+def _set(owner: bpy.types.bpy_struct, name: str, value: object) -> None:
+    """Assign only what differs: every assignment tags the dependency graph, and sync runs after each of its updates."""
+    if getattr(owner, name) != value:
+        setattr(owner, name, value)
+
+
+_inside = False
+
+
+def _busy() -> bool:
+    """Whether a change must wait: we are inside one, or a render job is reading the scene on another thread."""
+    return _inside or (not bpy.app.background and bpy.app.is_job_running("RENDER"))
+
+
+@contextmanager
+def _guard() -> Iterator[bool]:
+    """Keep our own edits from calling us again through update callbacks and depsgraph handlers."""
+    global _inside
+    if _busy():
+        yield False
+        return
+    _inside = True
+    try:
+        yield True
+    finally:
+        _inside = False

@@ -1,0 +1,154 @@
+"""What the artist can set, per object and per scene. The descriptions are the manual: README's tables are made of them."""
+
+# No `from __future__ import annotations` here: Blender reads the properties from the annotations themselves.
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.types import Context, Object, PropertyGroup, Scene
+
+from . import pipeline
+
+
+def _flag_changed(settings: "HybridObjectSettings", _context: Context) -> None:
+    pipeline.object_changed(settings.id_data)
+
+
+def _value_changed(settings: "HybridObjectSettings", _context: Context) -> None:
+    settings.surface = "CUSTOM"  # whoever moves a slider, or sets a value from Python, means it
+
+
+def _scene_changed(settings: "HybridSceneSettings", _context: Context) -> None:
+    pipeline.scene_changed(settings.id_data)
+
+
+class HybridObjectSettings(PropertyGroup):
+    """`Object.hybrid`: whether the object is ray traced, and how its surface answers light."""
+
+    ray_traced: BoolProperty(  # type: ignore[valid-type]
+        name="Ray Traced",
+        description="Draw this object with the ray tracer; EEVEE draws everything else",
+        default=False,
+        options=set(),  # not animatable: a view layer's holdout cannot change between frames
+        override={"LIBRARY_OVERRIDABLE"},
+        update=_flag_changed,
+    )
+    surface: EnumProperty(  # type: ignore[valid-type]
+        name="Surface",
+        description="Where reflectivity, opacity and IOR come from",
+        items=(
+            ("MATERIAL", "From Material", "Read them from the object's materials (metallic, transmission, alpha, IOR)"),
+            ("CUSTOM", "Custom", "Use the values below instead of the materials'"),
+        ),
+        default="MATERIAL",
+    )
+    reflectivity: FloatProperty(  # type: ignore[valid-type]
+        name="Reflectivity",
+        description="Share of the light that is mirrored: 0 none, 1 a perfect mirror",
+        default=0.0,
+        min=0.0,
+        max=1.0,
+        subtype="FACTOR",
+        update=_value_changed,
+    )
+    opacity: FloatProperty(  # type: ignore[valid-type]
+        name="Opacity",
+        description="1 is solid; below 1 the rest of the light passes through, bent by the IOR",
+        default=1.0,
+        min=0.0,
+        max=1.0,
+        subtype="FACTOR",
+        update=_value_changed,
+    )
+    ior: FloatProperty(  # type: ignore[valid-type]
+        name="IOR",
+        description="Index of refraction: water 1.33, glass 1.5, diamond 2.42. Type a value below 1 for a bubble",
+        default=1.5,
+        min=0.001,
+        max=1000.0,
+        soft_min=1.0,
+        soft_max=3.0,
+        precision=3,
+        update=_value_changed,
+    )
+
+    @classmethod
+    def register(cls) -> None:
+        """Attach to bpy.types.Object."""
+        Object.hybrid = PointerProperty(name="Hybrid", description="Hybrid ray tracing", type=cls)
+
+    @classmethod
+    def unregister(cls) -> None:
+        """Detach again."""
+        del Object.hybrid
+
+
+class HybridSceneSettings(PropertyGroup):
+    """`Scene.hybrid`: the switch, the quality, and (hidden) what the pipeline made in this scene."""
+
+    enabled: BoolProperty(  # type: ignore[valid-type]
+        name="Hybrid",
+        description="Render the ray traced objects of this scene with the ray tracer and composite them into EEVEE's picture",
+        default=False,
+        update=_scene_changed,
+    )
+    mode: EnumProperty(  # type: ignore[valid-type]
+        name="Mode",
+        description="Which renderer draws what",
+        items=(
+            ("HYBRID", "Hybrid", "EEVEE draws the scene, the ray tracer draws the ray traced objects"),
+            ("RASTER", "Raster", "EEVEE draws everything, as if the add-on were off"),
+            ("FULL", "Full", "The ray tracer draws every pixel; EEVEE is not used"),
+        ),
+        default="HYBRID",
+        update=_scene_changed,
+    )
+    samples: IntProperty(  # type: ignore[valid-type]
+        name="Samples",
+        description="Rays through each ray traced pixel (supersampling). 1 switches it off",
+        default=16,
+        min=1,
+        max=65536,
+        soft_max=256,
+    )
+    max_depth: IntProperty(  # type: ignore[valid-type]
+        name="Max Bounces",
+        description="How often a ray may be reflected or refracted after it left the camera",
+        default=8,
+        min=0,
+        max=1024,
+        soft_max=32,
+    )
+    light_falloff: EnumProperty(  # type: ignore[valid-type]
+        name="Light Falloff",
+        description="How far lights reach in the ray traced objects and in what they reflect",
+        items=(
+            ("EEVEE", "As EEVEE", "Fade lights out at the distance where EEVEE does, so that both halves agree"),
+            ("PHYSICAL", "Physical", "Inverse square without an end, as Cycles has it"),
+        ),
+        default="EEVEE",
+    )
+    threads: IntProperty(  # type: ignore[valid-type]
+        name="Threads",
+        description="Processor threads for the ray tracer; 0 uses all",
+        default=0,
+        min=0,
+        max=1024,
+    )
+    # What the pipeline made, so that it finds it again after a rename, and what it has to put back (JSON).
+    collection: PointerProperty(type=bpy.types.Collection, options={"HIDDEN"})  # type: ignore[valid-type]
+    trace_scene: PointerProperty(type=Scene, options={"HIDDEN"})  # type: ignore[valid-type]
+    user_tree: PointerProperty(type=bpy.types.NodeTree, options={"HIDDEN"})  # type: ignore[valid-type]
+    restore: StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]
+
+    @classmethod
+    def register(cls) -> None:
+        """Attach to bpy.types.Scene."""
+        Scene.hybrid = PointerProperty(name="Hybrid", description="Hybrid ray tracing", type=cls)
+
+    @classmethod
+    def unregister(cls) -> None:
+        """Detach again."""
+        del Scene.hybrid
+
+
+CLASSES = (HybridObjectSettings, HybridSceneSettings)

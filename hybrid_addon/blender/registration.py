@@ -1,0 +1,36 @@
+"""Everything that the add-on adds to Blender, in order, and its removal in reverse order."""
+
+from __future__ import annotations
+
+import bpy
+
+from . import cli, engine, handlers, operators, pipeline, properties, ui
+
+_CLASSES = (*properties.CLASSES, *operators.CLASSES, *engine.CLASSES, *ui.CLASSES)
+_registered = False
+
+
+def register() -> None:
+    """Add classes, properties, handlers and the `hybrid` command. Twice is the same as once."""
+    global _registered
+    if _registered:
+        return
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+    handlers.register()
+    cli.register()
+    _registered = True
+
+
+def unregister() -> None:
+    """Take the pipeline out of every open scene (its settings stay in the file), then everything else."""
+    global _registered
+    if not _registered:
+        return
+    for scene in getattr(bpy.data, "scenes", ()):  # restricted data while Blender shuts down has none
+        pipeline.tear_down(scene)
+    cli.unregister()
+    handlers.unregister()
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)
+    _registered = False

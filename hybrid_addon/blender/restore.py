@@ -1,0 +1,38 @@
+"""The memory of what the pipeline changed in the user's scene, kept in the file itself so that it survives a save."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import bpy
+
+
+class Restore:
+    """First values win: `remember` keeps what the user had, however often the pipeline runs."""
+
+    def __init__(self, scene: bpy.types.Scene) -> None:
+        self._scene = scene
+        self._values: dict[str, Any] = json.loads(scene.hybrid.restore) if scene.hybrid.restore else {}
+
+    def remember(self, name: str, value: Any) -> None:
+        """Keep the user's value unless one is already kept. value: anything JSON can hold."""
+        self._values.setdefault(name, value)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """The user's value, or the default."""
+        return self._values.get(name, default)
+
+    def save(self) -> None:
+        """Write to the scene, if anything changed."""
+        text = json.dumps(self._values, sort_keys=True)
+        if self._scene.hybrid.restore != text:
+            self._scene.hybrid.restore = text
+
+    def clear(self) -> None:
+        """Put the settings back that are plain values of the scene, and forget everything."""
+        if "use_single_layer" in self._values:
+            self._scene.render.use_single_layer = self._values["use_single_layer"]
+        self._values = {}
+        for name in ("restore", "collection", "trace_scene"):
+            self._scene.hybrid.property_unset(name)

@@ -1,0 +1,72 @@
+"""The report of one frame: a plain, JSON-able dict with the keys that README documents, and its two lines for the panel."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..scene import Film, Float32
+
+SCHEMA = 1
+EMPTY_RAYS = {"camera": 0, "reflected": 0, "refracted": 0, "shadow": 0, "dropped": 0}
+
+
+def frame_report(
+    *,
+    versions: Mapping[str, str],
+    settings: Mapping[str, Any],
+    frame: int,
+    resolution: tuple[int, int],
+    mask: Float32,
+    film: Film | None,
+    counts: Mapping[str, int],
+    time: Mapping[str, Mapping[str, float]],
+    warnings: Sequence[str],
+    skipped: Sequence[Mapping[str, Any]] = (),
+) -> dict[str, Any]:
+    """Assemble the report of one frame.
+
+    mask : (h, w) float32 over the rendered window. film : None if nothing was traced.
+    time : seconds by phase, {"raster": {"wall": s, "cpu": s}, ...}; the tracer's own phases come with the film.
+    """
+    traced = mask != 0
+    residual = film.residual[traced] if film is not None and traced.any() else np.zeros(1, np.float32)
+    return {
+        "schema": SCHEMA,
+        "versions": {"python": ".".join(map(str, sys.version_info[:3])), "numpy": np.__version__, **versions},
+        "frame": frame,
+        "resolution": list(resolution),
+        "settings": dict(settings),
+        "mask_pixels": int(np.count_nonzero(traced)),
+        "mask_coverage": float(mask.mean(dtype=np.float64)) if mask.size else 0.0,
+        "triangles": int(counts.get("triangles", 0)),
+        "counts": dict(counts),
+        "time": {**{k: dict(v) for k, v in time.items()}, **({k: dict(v) for k, v in film.time.items()} if film else {})},
+        "rays": dict(film.rays) if film else dict(EMPTY_RAYS),
+        "skipped": [*map(dict, skipped), *(film.skipped if film else [])],
+        "error": {
+            "bound_max": float(residual.max()),
+            "bound_mean": float(residual.mean(dtype=np.float64)),
+            "sampling": None,  # estimated by adaptive sampling only
+        },
+        "invariants": dict(film.invariants) if film else {},
+        "warnings": list(warnings),
+    }
+
+
+def summary(report: Mapping[str, Any]) -> tuple[str, str]:
+    """Two lines for the panel: what was done and what it cost; then what to know about it."""
+    time, rays = report["time"], sum(report["rays"].values())
+    total = time.get("total", {}).get("wall", 0.0)
+    raster = time.get("raster", {}).get("wall", 0.0)
+    first = f"{total:.2f} s, EEVEE {raster:.2f} s, {rays / 1e6:.2f} million rays, {report['mask_coverage'] * 100:.1f} % traced"
+    broken = {name: count for name, count in report["invariants"].items() if count}
+    if broken:
+        return first, "Check: " + ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in broken.items())
+    warnings = report["warnings"]
+    if warnings:
+        return first, warnings[0] + (f" (and {len(warnings) - 1} more)" if len(warnings) > 1 else "")
+    return first, f"No warnings; cut-off error at most {report['error']['bound_max']:.2g}"
