@@ -19,13 +19,13 @@ def translate_mesh(b_mesh: bpy.types.Mesh, name: str, uv_names: Iterable[str], w
     b_mesh.calc_loop_triangles()
     if not len(b_mesh.loop_triangles):
         return None
-    vertices = _vertices(b_mesh)
+    vertices, corners = _vertices(b_mesh), _corners(b_mesh)
     _warn_of_broken(vertices, name, warn)
     return TriangleMesh(
         name=b_mesh.name,
         vertices=vertices,
-        triangles=_triangle_indices(b_mesh, "vertices"),
-        corners=_triangle_indices(b_mesh, "loops"),
+        triangles=_vertex_of_corner(b_mesh)[corners],
+        corners=corners,
         normals=_corner_normals(b_mesh),
         uv_maps={uv_name: _uv_map(b_mesh, uv_name, name, warn) for uv_name in sorted(uv_names)},
         surface_slots=_surface_slots(b_mesh),
@@ -35,15 +35,22 @@ def translate_mesh(b_mesh: bpy.types.Mesh, name: str, uv_names: Iterable[str], w
 def _vertices(b_mesh: bpy.types.Mesh) -> Float32:
     """(nv, 3) float32, local space."""
     values = np.zeros(3 * len(b_mesh.vertices), np.float32)
-    b_mesh.vertices.foreach_get("co", values)
+    b_mesh.attributes["position"].data.foreach_get("vector", values)
     return values.reshape(-1, 3)
 
 
-def _triangle_indices(b_mesh: bpy.types.Mesh, what: str) -> Int32:
-    """(nt, 3) int32: the "vertices" or the "loops" (corners) of each triangle."""
+def _corners(b_mesh: bpy.types.Mesh) -> Int32:
+    """(nt, 3) int32: the three corners ("loops") of each triangle."""
     values = np.zeros(3 * len(b_mesh.loop_triangles), np.int32)
-    b_mesh.loop_triangles.foreach_get(what, values)
+    b_mesh.loop_triangles.foreach_get("loops", values)
     return values.reshape(-1, 3)
+
+
+def _vertex_of_corner(b_mesh: bpy.types.Mesh) -> Int32:
+    """(nc,) int32."""
+    values = np.zeros(len(b_mesh.loops), np.int32)
+    b_mesh.loops.foreach_get("vertex_index", values)
+    return values
 
 
 def _corner_normals(b_mesh: bpy.types.Mesh) -> Float32 | None:
@@ -79,9 +86,9 @@ def _surface_slots(b_mesh: bpy.types.Mesh) -> Int32 | None:
     b_mesh.polygons.foreach_get("material_index", of_face)
     if not of_face.any():
         return None
-    face = np.zeros(len(b_mesh.loop_triangles), np.int32)
-    b_mesh.loop_triangles.foreach_get("polygon_index", face)
-    return of_face[face]
+    face_of_triangle = np.zeros(len(b_mesh.loop_triangles), np.int32)
+    b_mesh.loop_triangle_polygons.foreach_get("value", face_of_triangle)
+    return of_face[face_of_triangle]
 
 
 def _warn_of_broken(vertices: Float32, name: str, warn: Warnings) -> None:

@@ -1,5 +1,8 @@
 """Everything that the depsgraph shows -> scene instances, meshes and lights.
 
+Curves, surfaces, texts and metaballs need no code: beside each of them the depsgraph's iterator yields its evaluated
+geometry as an object of type MESH, whose parent is the object itself. EEVEE draws the same.
+
 Visibility: EEVEE knows an object's visibility to the camera and to shadows. What reflections and refractions see it
 does not separate; here an object is left out of them only if both of Cycles' switches (glossy, transmission) are off.
 """
@@ -16,7 +19,6 @@ from .mesh import translate_mesh
 from .messages import Warnings
 from .settings import ObjectSettings, instance_settings
 
-TO_MESH_TYPES = ("CURVE", "SURFACE", "FONT", "META")
 VISIBLE_BUT_NOT_TRACED = {
     "VOLUME": "volumes are",
     "CURVES": "hair is",
@@ -52,7 +54,7 @@ class Objects:
         self._warn_of_missing(b_object)
         if b_object.type == "LIGHT":
             self._add_light(b_instance)
-        elif b_object.type == "MESH" or b_object.type in TO_MESH_TYPES:
+        elif b_object.type == "MESH":
             self._add_surface(b_instance)
         elif b_object.type in VISIBLE_BUT_NOT_TRACED:
             self._warn.add(f"object {b_object.name!r}: {VISIBLE_BUT_NOT_TRACED[b_object.type]} not ray traced")
@@ -89,7 +91,7 @@ class Objects:
     def _mesh_of(self, b_object: bpy.types.Object, surfaces: tuple[int, ...]) -> int | None:
         """Position in `meshes` of the object's evaluated mesh, translated when first met; None if it has no face."""
         uv_names = self._uv_names(surfaces)
-        key = (_mesh_identity(b_object), uv_names)
+        key = (b_object.data.as_pointer(), uv_names)  # objects may share one evaluated mesh, which outlives this loop
         if key not in self._mesh_index:
             mesh = self._translated(b_object, uv_names)
             self._mesh_index[key] = None if mesh is None else len(self.meshes)
@@ -101,12 +103,9 @@ class Objects:
         return frozenset(texture.uv_map for texture in textures if texture is not None)
 
     def _translated(self, b_object: bpy.types.Object, uv_names: frozenset[str]) -> TriangleMesh | None:
-        if _has_own_mesh(b_object):
+        if not b_object.data.is_editmode:
             return translate_mesh(b_object.data, b_object.name, uv_names, self._warn)
-        b_mesh = b_object.to_mesh()
-        if b_mesh is None:
-            return None
-        mesh = translate_mesh(b_mesh, b_object.name, uv_names, self._warn)
+        mesh = translate_mesh(b_object.to_mesh(), b_object.name, uv_names, self._warn)
         b_object.to_mesh_clear()
         return mesh
 
@@ -129,8 +128,10 @@ class Objects:
 
 
 def _is_hidden(b_instance: bpy.types.DepsgraphObjectInstance) -> bool:
-    """Hidden objects may still be instanced, on purpose, by collections, particles and geometry nodes."""
-    return not b_instance.is_instance and b_instance.object.hide_render
+    """Hidden objects may still be instanced, on purpose, by others: collections, particles and geometry nodes."""
+    b_parent = b_instance.parent
+    own = b_parent is None or b_parent.original == b_instance.object.original
+    return own and b_instance.object.hide_render
 
 
 def _matrix(b_instance: bpy.types.DepsgraphObjectInstance) -> Float64:
@@ -143,13 +144,3 @@ def _visibility(b_object: bpy.types.Object) -> Visibility:
         shadow=b_object.visible_shadow,
         secondary=b_object.visible_glossy or b_object.visible_transmission,
     )
-
-
-def _has_own_mesh(b_object: bpy.types.Object) -> bool:
-    """Whether the evaluated object's data is its mesh. Not for curves and the like, nor in edit mode."""
-    return b_object.type == "MESH" and not b_object.data.is_editmode
-
-
-def _mesh_identity(b_object: bpy.types.Object) -> int:
-    """Equal for objects that share one evaluated mesh: the address, which lives as long as the depsgraph's data."""
-    return b_object.data.as_pointer() if _has_own_mesh(b_object) else b_object.original.as_pointer()

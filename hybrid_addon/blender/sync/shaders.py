@@ -19,6 +19,7 @@ from .texture import NodeReader, textured_color
 
 Shares = tuple[float, float, float]
 
+MAX_DEPTH = 32  # of Mix and Add Shaders below one another
 SHARP_ROUGHNESS = 0.25  # above it a sharp mirror image looks wrong enough to be worth a warning
 NOT_FOLLOWED = (  # Principled inputs that change the picture when they are not 0, and that the tracer has not got
     "Coat Weight",
@@ -44,9 +45,6 @@ def surface_from(socket: Socket, reader: NodeReader, depth: int = 0) -> Surface:
     if node.has_input("Normal") and not node.input("Normal").is_constant():
         reader.warn(f"'Normal' of node {node.name!r} is not followed; the mesh's normals are used")
     return shader(node, reader)
-
-
-MAX_DEPTH = 32  # of Mix and Add Shaders below one another
 
 
 # ------------------------------------------------------------------------------------------------ single shaders

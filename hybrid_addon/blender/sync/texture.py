@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 from mathutils import Euler, Matrix, Vector
 
-from ...scene import RGB, Float64, Texture
+from ...scene import BLACK, RGB, Float64, Texture
 from .image import Images
 from .messages import Warnings
 from .nodes import Node, Socket
 
-IMAGE_NODE = "ShaderNodeTexImage"
 MAX_NODES_SEARCHED = 64  # upstream of one socket, in search of an image
 
 
@@ -46,43 +45,54 @@ class NodeReader:
 
     def _constant(self, node: Node, name: str | int) -> Any:
         socket = node.input(name)
+        upstream = socket.node()
+        if upstream is None or socket.is_constant():
+            return socket.value()
+        if upstream.kind == "ShaderNodeLightPath" and socket.output().startswith("Is "):
+            value: Any = float(socket.output() == "Is Camera Ray")
+            self.warn(f"{socket.output()!r} of node {upstream.name!r} is always {value:.0f}, as for the camera")
+            return value
         value = socket.value()
-        if not socket.is_constant():
-            upstream = socket.node()
-            self.warn(
-                f"{socket.name!r} of node {node.name!r} is linked to {upstream.name if upstream else '?'!r}, which is "
-                f"not followed; {_brief(value)} is used"
-            )
+        self.warn(
+            f"{socket.name!r} of node {node.name!r} is linked to {upstream.name!r}, which is not followed; "
+            f"{_brief(value)} is used"
+        )
         return value
 
 
 def textured_color(reader: NodeReader, node: Node, name: str) -> tuple[RGB, Texture | None]:
     """The constant colour of an input and, if an image is found upstream, the texture that replaces it."""
-    socket = node.input(name)
-    found = None if socket.is_constant() else _image_upstream(socket)
+    found = image_node_upstream(reader, node, name, "ShaderNodeTexImage")
     if found is None:
         return reader.color(node, name), None
     if found.b_node.image is None:
         reader.warn(f"node {found.name!r} has no image; it is drawn black")
-        return (0.0, 0.0, 0.0), None
-    first = socket.node()
-    if first is not None and first.b_node != found.b_node:
-        reader.warn(
-            f"{socket.name!r} of node {node.name!r}: the image of {found.name!r} is used as it is, "
-            f"without node {first.name!r} between"
-        )
-    red, green, blue = socket.value()[:3]
+        return BLACK, None
+    red, green, blue = node.input(name).value()[:3]
     return (red, green, blue), image_texture(reader, found)
 
 
-def _image_upstream(socket: Socket) -> Node | None:
-    """The nearest image node that feeds `socket`, breadth first."""
+def image_node_upstream(reader: NodeReader, node: Node, name: str, kind: str) -> Node | None:
+    """The nearest node of that kind that feeds an input; other nodes on the way are warned of and left out."""
+    socket = node.input(name)
+    found = None if socket.is_constant() else _nearest(socket, kind)
+    between = socket.node()
+    if found and between and found.b_node != between.b_node:
+        reader.warn(
+            f"{socket.name!r} of node {node.name!r}: the image of {found.name!r} is used as it is, "
+            f"without node {between.name!r} between"
+        )
+    return found
+
+
+def _nearest(socket: Socket, kind: str) -> Node | None:
+    """The first node of that kind upstream, breadth first."""
     queue = [socket]
     for searched in queue:
         node = searched.node()
         if node is None:
             continue
-        if node.kind == IMAGE_NODE:
+        if node.kind == kind:
             return node
         if len(queue) < MAX_NODES_SEARCHED:
             queue.extend(upstream for upstream in node.inputs() if not upstream.is_constant())

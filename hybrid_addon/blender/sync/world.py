@@ -11,7 +11,7 @@ from .image import Images
 from .material import uses_nodes
 from .messages import Warnings
 from .nodes import Node, Socket, active_output
-from .texture import NodeReader, mapping_matrix, rotation_of
+from .texture import NodeReader, image_node_upstream, mapping_matrix, rotation_of
 
 MAX_SHADERS = 32  # looked through on the way to the Background node
 
@@ -32,7 +32,7 @@ def translate_world(
     if output.input("Volume").node() is not None:
         reader.warn("its volume is not traced")
     background = _background(output.input("Surface"), reader)
-    return _from_background(background, reader) if background else World()
+    return _from_background(background, _rgb(b_world.color), reader) if background else World()
 
 
 def _background(socket: Socket, reader: NodeReader) -> Node | None:
@@ -44,23 +44,27 @@ def _background(socket: Socket, reader: NodeReader) -> Node | None:
             continue
         if node.kind in ("ShaderNodeBackground", "ShaderNodeEmission"):
             return node
-        reader.warn(
-            f"node {node.name!r} is not followed; the first background behind it is used"
-        )
+        reader.warn(f"node {node.name!r} is not followed; the first background behind it is used")
         if len(queue) < MAX_SHADERS:
             queue.extend(upstream for upstream in node.inputs() if upstream.b_socket.type == "SHADER")
     return None
 
 
-def _from_background(node: Node, reader: NodeReader) -> World:
+def _from_background(node: Node, viewport_color: RGB, reader: NodeReader) -> World:
+    """Of a Background (or Emission) node; where its colour is not followed, with the world's viewport colour."""
     strength = reader.number(node, "Strength")
-    color = node.input("Color").node()
-    if color is None or color.kind != "ShaderNodeTexEnvironment" or not _is_equirectangular(color, reader):
+    if node.input("Color").is_constant():
         return World(radiance=_scaled(reader.color(node, "Color"), strength))
+    image = image_node_upstream(reader, node, "Color", "ShaderNodeTexEnvironment")
+    if image is None or not _is_equirectangular(image, reader):
+        reader.warn(
+            f"'Color' of node {node.name!r} comes from nodes that are not followed; the world's viewport colour is used"
+        )
+        return World(radiance=_scaled(viewport_color, strength))
     return World(
         radiance=(strength, strength, strength),
-        environment=_environment(color, reader),
-        rotation=_rotation(color, reader),
+        environment=_environment(image, reader),
+        rotation=_rotation(image, reader),
     )
 
 
