@@ -1,0 +1,56 @@
+"""A scene made ready to trace: recentred geometry, tables, lights, and one primitive set for each kind of ray."""
+
+from __future__ import annotations
+
+import threading
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Scene, Settings
+from .plan import Plan, prepare
+from .primitives import PrimitiveSet
+
+
+class CompiledScene:
+    """Everything that worker threads share; read only after construction.
+
+    geometry, surfaces, world, lights, plan : see their modules; `lights` holds those that can light anything.
+    seen_by_camera, seen_by_secondary : what camera rays and all later rays can hit.
+    shadow_opaque, shadow_tinted      : blockers that end a shadow ray, and those that tint it.
+    """
+
+    def __init__(self, scene: Scene, settings: Settings) -> None:
+        self.camera = scene.camera
+        self.settings = settings
+        prepared = prepare(scene, settings)
+        self.geometry, self.surfaces, self.world = prepared.geometry, prepared.surfaces, prepared.world
+        self.plan: Plan = prepared.plan
+        self.lights = prepared.lights if self.plan.diffuse or self.plan.specular else []
+        self._sets: dict[bytes, PrimitiveSet] = {}
+        self._lock = threading.Lock()
+        self._make_sets()
+
+    def _make_sets(self) -> None:
+        g, table = self.geometry, self.surfaces
+        self.seen_by_camera = self._set(g.camera)
+        secondary = g.secondary if self.plan.reflection or self.plan.refraction else np.zeros_like(g.secondary)
+        self.seen_by_secondary = self._set(secondary)
+        casts = g.shadow if self.plan.shadows else np.zeros_like(g.shadow)
+        opaque, clear = table.shadow_opaque[g.surface], table.shadow_clear[g.surface]
+        self.shadow_opaque = self._set(casts & opaque)
+        self.shadow_tinted = self._set(casts & ~opaque & ~clear)
+
+    def _set(self, members: NDArray[np.bool_]) -> PrimitiveSet:
+        """A primitive set, built once however many kinds of ray share it."""
+        key = np.packbits(members).tobytes()
+        if key not in self._sets:
+            self._sets[key] = PrimitiveSet(self.geometry, members)
+        return self._sets[key]
+
+    @cached_property
+    def flagged_only(self) -> PrimitiveSet:
+        """What camera rays see when everything that is not flagged steps aside; built when first asked for."""
+        with self._lock:
+            return self._set(self.geometry.camera & self.geometry.ray_traced)

@@ -1,0 +1,69 @@
+"""Every threshold of the tracer: its name, its reason and its scale. None of them is a length.
+
+A length would tie the picture to the unit of the scene: scaling a scene by a power of two must not change one bit.
+"""
+
+import numpy as np
+
+FLOAT32_ULP = 2.0**-23
+"""Spacing of float32 numbers just above 1: the relative unit of all rounding bounds below."""
+
+ORIGIN_OFFSET = 5 * FLOAT32_ULP
+"""A new ray starts this far off its surface, times the largest coordinate of the primitive or of the hit point.
+
+Embree's own error in the plane of a triangle is about one ulp of its largest coordinate; 4 ulp (rounded away from the
+surface) gave no self hit and no leak for scales 1e-4 .. 1e7. Rounding the origin to the *nearest* float32 costs at most
+sqrt(3)/2 ulp, so 5 ulp rounded to nearest are never closer to the surface than that.
+"""
+
+SHADOW_REACH = 1 - 2.0**-20
+"""A shadow ray stops this fraction of the way to its light: Embree counts a hit at exactly t_max."""
+
+EMBREE_LIMIT = 1.0e18
+"""Embree silently ignores vertices beyond 1.844e18: they are dropped here, where they are counted."""
+
+MAX_STRAIGHT_PASSES = 256
+"""A ray goes unbent through at most so many index-matched (IOR 1) surfaces; the rest goes to the residual."""
+
+MAX_SHADOW_CROSSINGS = 64
+"""A shadow ray crosses at most so many non-opaque surfaces; then it counts as blocked."""
+
+MAX_RETRACES = 12
+"""A hit behind its own ray is a rounding error of Embree; the ray is advanced and traced again, at most so often."""
+
+RETRACE_STEP = 8 * FLOAT32_ULP
+"""First step past a spurious hit, relative to the largest coordinate of the origin; grows by RETRACE_GROWTH."""
+
+RETRACE_GROWTH = 8.0
+
+GRAZING_COSINE = 1.0e-2
+"""Below this |cos| Embree's t and barycentrics lose digits (error 1e-7 / cos): there the hit is verified in float64."""
+
+BARYCENTRIC_SLACK = 1.0e-3
+"""A verified hit whose float64 barycentrics lie further outside its triangle than this is counted."""
+
+MIN_OUTER_COSINE = 0.01
+"""Least cosine of a reflected ray, or 0.9 of the viewing one if less (Cycles, ensure_valid_specular_reflection)."""
+
+OUTER_COSINE_SHARE = 0.9
+
+MIN_ROUGHNESS = 0.05
+"""The Phong highlight of a smoother surface would be narrower than float32 resolves in n.h near 1."""
+
+SPOT_BLEND_FLOOR = 1.0e-8
+"""EEVEE's guard for a spot without blend: max(1e-8, (1 - cos) blend); dimensionless."""
+
+FAR_AREA_RATIO = 64.0
+"""An area light further away than so many half diagonals is a point to 2e-4; its edge sum would cancel in float32."""
+
+FILTER_SIGMA = 0.284
+"""EEVEE's Gaussian pixel filter: standard deviation over radius (eevee_film.cc)."""
+
+FILL_SAMPLES = 64
+"""Extra camera rays for a masked pixel in which no sample met a flagged object."""
+
+FAILED_PIXEL = (1.0, 0.0, 1.0)
+"""The colour, distinct pink, of a pixel whose computation did not give finite numbers."""
+
+MISS = np.int32(-1)
+"""Primitive id of a ray that hits nothing."""

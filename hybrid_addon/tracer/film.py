@@ -1,0 +1,87 @@
+"""The film: where samples fall, and how pixels without a sample are filled.
+
+Pixel filter: EEVEE's Gaussian w(d) = exp(-0.5 d^2 / (R 0.284)^2) for d < R (eevee_film.cc), by importance sampling:
+every sample counts the same and its position is distributed like w, so the mean over a pixel's samples is the filtered
+value.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float32, Float64
+from .constants import FILTER_SIGMA
+
+UInt32 = NDArray[np.uint32]
+
+# R2 sequence (Roberts 2018): fractional parts of n / g and n / g^2, g^3 = g + 1, as 32 bit fixed point numbers.
+_G = 1.32471795724474602596
+_R2_X = np.uint32(round(2**32 / _G))
+_R2_Y = np.uint32(round(2**32 / (_G * _G)))
+
+
+def hash32(v: UInt32) -> UInt32:
+    """A good mix of 32 bits (Wellons 2018, lowbias32), wrapping."""
+    v = v ^ (v >> np.uint32(16))
+    v = v * np.uint32(0x7FEB352D)
+    v = v ^ (v >> np.uint32(15))
+    v = v * np.uint32(0x846CA68B)
+    return v ^ (v >> np.uint32(16))
+
+
+def film_positions(
+    x: NDArray[np.int64], y: NDArray[np.int64], first: int, count: int, seed: int, radius: float
+) -> tuple[Float64, Float64]:
+    """Film positions (m * count,) of samples first .. first + count - 1 of pixels x, y (m,), pixel by pixel.
+
+    Each pixel shifts the R2 sequence by a hash of its place in the full frame and the seed (Cranley & Patterson 1976).
+    """
+    ux, uy = x.astype(np.uint32), y.astype(np.uint32)
+    salt = hash32(np.array([seed & 0xFFFFFFFF], np.uint32))
+    key = hash32(ux ^ hash32(uy ^ salt))
+    n = np.arange(first, first + count, dtype=np.uint32)
+    u = (key[:, None] + n * _R2_X).ravel() * 2.0**-32
+    v = (hash32(key ^ np.uint32(0x9E3779B9))[:, None] + n * _R2_Y).ravel() * 2.0**-32
+    dx, dy = gaussian_disk(u, v, radius)
+    return np.repeat(x + 0.5, count) + dx, np.repeat(y + 0.5, count) + dy
+
+
+def gaussian_disk(u: Float64, v: Float64, radius: float) -> tuple[Float64, Float64]:
+    """Map the unit square to the truncated Gaussian: inverse radial CDF, r = sigma sqrt(-2 ln(1 - u K))."""
+    sigma = FILTER_SIGMA * radius
+    mass = 1 - np.exp(-0.5 / FILTER_SIGMA**2)
+    r = sigma * np.sqrt(-2 * np.log(1 - u * mass))
+    angle = 2 * np.pi * v
+    return r * np.cos(angle), r * np.sin(angle)
+
+
+def fill_from_neighbours(radiance: Float32, known: NDArray[np.bool_], wanted: NDArray[np.bool_]) -> int:
+    """Copy colours of the nearest known pixels into the wanted ones, in place; how many were filled.
+
+    Each round lets the known area grow by one pixel, sideways before diagonally, in a fixed order.
+    """
+    empty = wanted & ~known
+    todo, colors = empty, radiance.copy()
+    while todo.any() and known.any():
+        grown = known.copy()
+        for dy, dx in ((0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)):
+            source = _shifted(known, dy, dx) & ~grown
+            if source.any():
+                rows, columns = np.nonzero(source)
+                colors[rows, columns] = colors[rows + dy, columns + dx]
+                grown |= source
+        todo, known = todo & ~grown, grown
+    filled = empty & ~todo  # unwanted pixels only pass colours on
+    radiance[filled] = colors[filled]
+    return int(np.count_nonzero(filled))
+
+
+def _shifted(known: NDArray[np.bool_], dy: int, dx: int) -> NDArray[np.bool_]:
+    """Whether the pixel at (row + dy, column + dx) is known."""
+    h, w = known.shape
+    result = np.zeros_like(known)
+    result[max(0, -dy) : h - max(0, dy), max(0, -dx) : w - max(0, dx)] = known[
+        max(0, dy) : h - max(0, -dy), max(0, dx) : w - max(0, -dx)
+    ]
+    return result

@@ -1,0 +1,319 @@
+"""The world's geometry as flat arrays: all instances realised, recentred in float64, rounded to float32 once.
+
+A *primitive* is a triangle, an analytic sphere or an analytic plane; they are numbered in this order, and every
+per-primitive array runs over all of them. The float32 vertices made here *are* the scene: hit points, normals and
+distances are worked out from them in float64.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float32, Float64, Instance, Int32, Plane, Scene, Sphere, TriangleMesh
+from .constants import EMBREE_LIMIT
+
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """nt triangles, then ns spheres, then planes: np primitives in all. Coordinates are relative to `center`."""
+
+    center: Float64  # (3,) of the scene's bounds, in world space
+    vertices: Float32  # (nv, 3)
+    triangles: Int32  # (nt, 3) counter-clockwise seen from outside, mirrored instances too
+    facets: Float64  # (np, 4) unit geometric normal and its distance from the origin: n.x = d; 0 for spheres
+    extent: Float32  # (np,) largest |coordinate| of the primitive's vertices: scale of its rounding errors
+    normals: Float32 | None  # (nt, 9) shading normals of the three corners; None: nothing is smooth
+    smooth: Bools  # (np,) shading normals differ from the geometric one
+    uvs: Float32 | None  # (nt, 6) of the three corners; None: no texture needs them
+    surface: Int32  # (np,) index into the surface table
+    ray_traced: Bools  # (np,) flagged by the artist
+    camera: Bools  # (np,) visibility for camera rays,
+    shadow: Bools  # (np,) for shadow rays,
+    secondary: Bools  # (np,) and for reflected and refracted rays
+    sphere_center: Float64  # (ns, 3)
+    sphere_radius: Float64  # (ns,)
+    dropped: int  # triangles left out because they are degenerate or not finite
+
+    @property
+    def triangle_count(self) -> int:
+        """The first primitive that is not a triangle."""
+        return len(self.triangles)
+
+    @property
+    def sphere_count(self) -> int:
+        """Spheres come right after the triangles."""
+        return len(self.sphere_radius)
+
+    def bounds_radius(self) -> float:
+        """Radius of a ball around the centre that holds all primitives (infinite if there are planes)."""
+        n = self.triangle_count + self.sphere_count
+        if n < len(self.surface):
+            return float("inf")
+        return float(np.sqrt(3) * np.max(self.extent, initial=0.0))
+
+
+@dataclass(eq=False)
+class _Batch:
+    """All instances of one mesh, k of them, in world space and float64."""
+
+    mesh: TriangleMesh
+    instances: list[Instance]
+    matrices: Float64  # (k, 4, 4)
+    vertices: Float64  # (k, nv, 3)
+
+
+def flatten(scene: Scene, uv_maps: Sequence[str | None], use_normals: bool = True) -> Geometry:
+    """Realise all visible instances.
+
+    uv_maps     : for each surface of the scene the UV map that its texture reads, None for no texture.
+    use_normals : False leaves the shading normals out (a plan that never shades).
+    """
+    batches = list(_batches(scene))
+    spheres, planes = [s for s in scene.spheres if _visible(s)], [p for p in scene.planes if _visible(p)]
+    center = _center(scene, batches, spheres)
+    parts = [_realise(b, center, uv_maps, use_normals) for b in batches]
+    mesh = _join(parts) if parts else _no_triangles()
+    return _assemble(mesh, center, spheres, planes)
+
+
+def _visible(thing: Instance | Sphere | Plane) -> bool:
+    v = thing.visibility
+    return v.camera or v.shadow or v.secondary
+
+
+def _batches(scene: Scene) -> Iterator[_Batch]:
+    """Group the visible instances by mesh: numpy then works on all instances of a mesh at once."""
+    members: dict[int, list[Instance]] = {}
+    for instance in scene.instances:
+        if _visible(instance) and len(scene.meshes[instance.mesh].triangles):
+            members.setdefault(instance.mesh, []).append(instance)
+    for mesh, instances in members.items():
+        matrices = np.array([i.matrix_world for i in instances], np.float64)
+        local = scene.meshes[mesh].vertices.astype(np.float64)
+        yield _Batch(scene.meshes[mesh], instances, matrices, _transform(local, matrices))
+
+
+def _transform(points: Float64, matrices: Float64) -> Float64:
+    """(n, 3) points through (k, 4, 4) matrices: (k, n, 3)."""
+    m = matrices[:, :, :, None]
+    x, y, z = points.T
+    return np.stack([m[:, i, 0] * x + m[:, i, 1] * y + m[:, i, 2] * z + m[:, i, 3] for i in range(3)], axis=-1)
+
+
+def _center(scene: Scene, batches: list[_Batch], spheres: Sequence[Sphere]) -> Float64:
+    """Centre of the bounds of everything bounded; the camera's place if there is only the unbounded."""
+    low, high = [], []
+    for batch in batches:
+        points = batch.vertices.reshape(-1, 3)
+        points = points[(np.abs(points) < EMBREE_LIMIT).all(1)]
+        if len(points):
+            low.append(points.min(0))
+            high.append(points.max(0))
+    for sphere in spheres:
+        low.append(np.subtract(sphere.center, sphere.radius))
+        high.append(np.add(sphere.center, sphere.radius))
+    if not low:
+        return np.array(scene.camera.matrix_world, np.float64)[:3, 3]
+    return np.asarray((np.min(low, axis=0) + np.max(high, axis=0)) / 2)
+
+
+@dataclass(eq=False)
+class _Triangles:
+    """The triangles of one batch (then of all), with what a hit needs to know about each."""
+
+    vertices: Float32
+    triangles: Int32
+    facets: Float64
+    extent: Float32
+    normals: Float32 | None
+    smooth: Bools
+    uvs: Float32 | None
+    surface: Int32
+    flags: Bools  # (4, nt) ray_traced, camera, shadow, secondary
+    dropped: int
+
+
+def _realise(batch: _Batch, center: Float64, uv_maps: Sequence[str | None], use_normals: bool) -> _Triangles:
+    """Triangles of all instances of one mesh."""
+    mesh, k = batch.mesh, len(batch.instances)
+    nv, nt = len(mesh.vertices), len(mesh.triangles)
+    with np.errstate(invalid="ignore", over="ignore"):
+        vertices = (batch.vertices - center).astype(np.float32).reshape(-1, 3)
+    sign = _handedness(batch.matrices)
+
+    def wind(indices: Int32) -> Int32:
+        """(k, nt, 3): a mirrored instance turns its triangles over; swapping two corners turns them back."""
+        return np.where((sign < 0)[:, None, None], indices[None, :, [0, 2, 1]], indices[None])
+
+    triangles = (wind(mesh.triangles) + (np.arange(k, dtype=np.int32) * np.int32(nv))[:, None, None]).reshape(-1, 3)
+    corners = wind(mesh.corners) if mesh.normals is not None or mesh.uv_maps else None
+    surface = _surface_of_triangles(batch)
+    flags = np.array([_flags(i) for i in batch.instances], bool).T
+    corner_points = vertices[triangles]
+    facets, extent, sound = _facets(corner_points)
+    normals = None
+    if use_normals and mesh.normals is not None and corners is not None:
+        normals = _corner_normals(mesh.normals, batch.matrices, sign, corners).reshape(-1, 9)
+    smooth = _is_smooth(normals, facets) if normals is not None else np.zeros(k * nt, bool)
+    uvs = _corner_uvs(mesh, corners, surface, uv_maps) if corners is not None else None
+    return _Triangles(
+        vertices=vertices,
+        triangles=triangles[sound],
+        facets=facets[sound],
+        extent=extent[sound],
+        normals=None if normals is None else normals[sound],
+        smooth=smooth[sound],
+        uvs=None if uvs is None else uvs[sound],
+        surface=surface[sound],
+        flags=np.repeat(flags, nt, axis=1)[:, sound],
+        dropped=int(len(sound) - np.count_nonzero(sound)),
+    )
+
+
+def _flags(thing: Instance | Sphere | Plane) -> tuple[bool, bool, bool, bool]:
+    v = thing.visibility
+    return thing.ray_traced, v.camera, v.shadow, v.secondary
+
+
+def _handedness(matrices: Float64) -> Float64:
+    """(k,) sign of the determinant: -1 for mirrored instances, 0 for singular ones."""
+    a, b, c = matrices[:, 0, :3], matrices[:, 1, :3], matrices[:, 2, :3]
+    return np.asarray(np.sign((a * np.cross(b, c)).sum(1)))
+
+
+def _surface_of_triangles(batch: _Batch) -> Int32:
+    """(k nt,) surface of each triangle, through the slots of each instance; a slot too many wears the last one."""
+    slots = batch.mesh.surface_slots
+    if slots is None:
+        slots = np.zeros(len(batch.mesh.triangles), np.int32)
+    width = int(np.max(slots)) + 1
+    worn = np.array([(i.surfaces + (i.surfaces[-1],) * width)[:width] for i in batch.instances], np.int32)
+    return worn[:, slots].reshape(-1)
+
+
+def _facets(points: Float32) -> tuple[Float64, Float32, Bools]:
+    """Plane equations, extents and soundness of (n, 3 corners, 3) float32 triangles, in float64."""
+    p = points.astype(np.float64)
+    with np.errstate(all="ignore"):
+        extent = np.abs(points).max(axis=(1, 2))
+        normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+        length = np.sqrt((normal * normal).sum(1))
+        sound = (extent < EMBREE_LIMIT) & (length > 0)  # False for NaN
+        normal /= length[:, None]
+        distance = (normal * p[:, 0]).sum(1)
+    return np.concatenate([normal, distance[:, None]], axis=1), extent, sound
+
+
+def _corner_normals(local: Float32, matrices: Float64, sign: Float64, corners: Int32) -> Float32:
+    """(k, nt, 3 corners, 3) unit world normals through the cofactor matrix, which exists for singular matrices too.
+
+    cofactor(M) = det(M) M^-T, so its sign makes up for mirroring.
+    """
+    m = matrices[:, :3, :3]
+    cofactor = np.stack([np.cross(m[:, (i + 1) % 3], m[:, (i + 2) % 3]) for i in range(3)], axis=1)
+    cofactor *= np.where(sign < 0, -1.0, 1.0)[:, None, None]
+    padded = np.zeros((len(m), 4, 4))
+    padded[:, :3, :3] = cofactor
+    with np.errstate(all="ignore"):
+        world = _transform(local.astype(np.float64), padded)
+        world /= np.sqrt((world * world).sum(-1, keepdims=True))
+    instance = np.arange(len(m))[:, None, None]
+    return world.astype(np.float32)[instance, corners]
+
+
+def _is_smooth(normals: Float32, facets: Float64) -> Bools:
+    """Triangles whose shading normal can differ from the geometric one, and whose normals are usable at all."""
+    n = normals.reshape(-1, 3, 3)
+    flat = (n == facets[:, None, :3].astype(np.float32)).all(axis=(1, 2))
+    usable = np.isfinite(n).all(axis=(1, 2))
+    return usable & ~flat
+
+
+def _corner_uvs(mesh: TriangleMesh, corners: Int32, surface: Int32, uv_maps: Sequence[str | None]) -> Float32 | None:
+    """(k nt, 6) texture coordinates; each triangle carries the map that its own surface reads."""
+    result = None
+    for name in sorted({uv_maps[s] for s in np.unique(surface)} - {None}, key=str):
+        source = mesh.uv_maps.get(name or "", mesh.uv_maps.get(""))
+        if source is None:
+            continue
+        if result is None:
+            result = np.zeros((len(surface), 6), np.float32)
+        reads = np.array([m == name for m in uv_maps])[surface]
+        result[reads] = source[corners].reshape(-1, 6)[reads]
+    if result is not None:
+        result[~np.isfinite(result)] = 0
+    return result
+
+
+def _no_triangles() -> _Triangles:
+    none = np.zeros(0, np.int32)
+    return _Triangles(
+        np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32), np.zeros((0, 4)), np.zeros(0, np.float32),
+        None, np.zeros(0, bool), None, none, np.zeros((4, 0), bool), 0,
+    )  # fmt: skip
+
+
+def _join(parts: list[_Triangles]) -> _Triangles:
+    """One soup out of all batches."""
+    starts = np.cumsum([0] + [len(p.vertices) for p in parts[:-1]]).astype(np.int32)
+
+    def either(name: str, width: int) -> Float32 | None:
+        """Rows of an optional table: zeros for the batches that have none."""
+        if all(getattr(p, name) is None for p in parts):
+            return None
+        blank = [np.zeros((len(p.triangles), width), np.float32) for p in parts]
+        return np.concatenate(
+            [b if getattr(p, name) is None else getattr(p, name) for p, b in zip(parts, blank, strict=True)]
+        )
+
+    return _Triangles(
+        vertices=np.concatenate([p.vertices for p in parts]),
+        triangles=np.concatenate([p.triangles + s for p, s in zip(parts, starts, strict=True)]),
+        facets=np.concatenate([p.facets for p in parts]),
+        extent=np.concatenate([p.extent for p in parts]),
+        normals=either("normals", 9),
+        smooth=np.concatenate([p.smooth for p in parts]),
+        uvs=either("uvs", 6),
+        surface=np.concatenate([p.surface for p in parts]),
+        flags=np.concatenate([p.flags for p in parts], axis=1),
+        dropped=sum(p.dropped for p in parts),
+    )
+
+
+def _assemble(mesh: _Triangles, center: Float64, spheres: Sequence[Sphere], planes: Sequence[Plane]) -> Geometry:
+    """Append the analytic shapes to the triangles."""
+    ns = len(spheres)
+    sphere_center = np.array([s.center for s in spheres], np.float64).reshape(-1, 3) - center
+    sphere_radius = np.array([s.radius for s in spheres], np.float64)
+    point = np.array([p.point for p in planes], np.float64).reshape(-1, 3) - center
+    normal = np.array([p.normal for p in planes], np.float64).reshape(-1, 3)
+    normal = normal / np.sqrt((normal * normal).sum(1, keepdims=True))
+    distance = (normal * point).sum(1)
+    analytic: list[Sphere | Plane] = [*spheres, *planes]
+    flags = np.concatenate([mesh.flags, np.array([_flags(a) for a in analytic], np.bool_).reshape(-1, 4).T], axis=1)
+    facets = np.concatenate([mesh.facets, np.zeros((ns, 4)), np.concatenate([normal, distance[:, None]], axis=1)])
+    extent = np.concatenate([np.abs(sphere_center).max(1, initial=0) + sphere_radius, np.abs(distance)])
+    return Geometry(
+        center=center,
+        vertices=mesh.vertices,
+        triangles=np.ascontiguousarray(mesh.triangles, np.int32),
+        facets=np.ascontiguousarray(facets),
+        extent=np.concatenate([mesh.extent, extent.astype(np.float32)]),
+        normals=mesh.normals if mesh.smooth.any() else None,
+        smooth=np.concatenate([mesh.smooth, np.zeros(len(analytic), bool)]),
+        uvs=mesh.uvs,
+        surface=np.concatenate([mesh.surface, np.array([a.surface for a in analytic], np.int32)]),
+        ray_traced=flags[0],
+        camera=flags[1],
+        shadow=flags[2],
+        secondary=flags[3],
+        sphere_center=sphere_center,
+        sphere_radius=sphere_radius,
+        dropped=mesh.dropped,
+    )

@@ -1,0 +1,191 @@
+"""Who sees what: sets of primitives that a kind of ray can hit, and the two questions asked of them.
+
+A set puts an Embree scene and the analytic shapes together. Tie rule: at equal t triangles win over spheres, spheres
+over planes, and the lower primitive number wins (among triangles Embree decides).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float32, Float64, Int32
+from .accel import TriangleScene
+from .constants import (
+    BARYCENTRIC_SLACK,
+    FLOAT32_ULP,
+    GRAZING_COSINE,
+    MAX_RETRACES,
+    MISS,
+    RETRACE_GROWTH,
+    RETRACE_STEP,
+)
+from .geometry import Geometry
+from .shapes import plane_distance, sphere_distance
+from .tally import Tally
+from .vectors import largest_component
+
+Bools = NDArray[np.bool_]
+
+
+@dataclass(eq=False)
+class Hits:
+    """The nearest hit of each of n rays.
+
+    prim   : (n,) int32, MISS for none.
+    t      : (n,) float64 from the exact float32 geometry, inf for none.
+    normal : (3, n) float64, unit geometric normal on the outer side of the primitive; meaningless for misses.
+    toward : (n,) float64, normal . direction: negative where the ray comes from outside.
+    """
+
+    prim: Int32
+    t: Float64
+    normal: Float64
+    toward: Float64
+
+
+class PrimitiveSet:
+    """The primitives `members` (np,) bool of a geometry, ready for queries."""
+
+    def __init__(self, geometry: Geometry, members: Bools) -> None:
+        self.geometry = geometry
+        nt, ns = geometry.triangle_count, geometry.sphere_count
+        chosen = np.flatnonzero(members[:nt]).astype(np.int32)
+        everything = len(chosen) == nt
+        self._triangles = TriangleScene(
+            geometry.vertices,
+            geometry.triangles if everything else geometry.triangles[chosen],
+            None if everything else chosen,
+        )
+        self.triangle_count = len(chosen)
+        self._spheres = np.flatnonzero(members[nt : nt + ns])
+        self._planes = np.flatnonzero(members[nt + ns :]) + nt + ns
+
+    def __len__(self) -> int:
+        return self.triangle_count + len(self._spheres) + len(self._planes)
+
+    # -------------------------------------------------------------------------------------------- nearest hit
+
+    def nearest(self, origin: Float32, direction: Float32, tally: Tally) -> Hits:
+        """Nearest hit of rays (3, n), all of them traceable."""
+        with tally.phase("intersect"):
+            prim = self._triangles.intersect(origin, direction)
+        hits = self._refine(prim, origin, direction)
+        if self.triangle_count:
+            self._retrace(hits, origin, direction, tally)
+            self._check_grazing(hits, origin, direction, tally)
+        if len(self._spheres) or len(self._planes):
+            self._add_shapes(hits, origin, direction)
+        return hits
+
+    def _refine(self, prim: Int32, origin: Float32, direction: Float32) -> Hits:
+        """Distances in float64 from the plane equations of the triangles that Embree names."""
+        if not self.triangle_count:
+            n = len(prim)
+            return Hits(prim, np.full(n, np.inf), np.zeros((3, n)), np.zeros(n))
+        facets = np.ascontiguousarray(self.geometry.facets.take(prim, axis=0, mode="wrap").T)
+        t, toward = plane_distance(facets, origin, direction)
+        t[prim < 0] = np.inf
+        return Hits(prim, t, facets[:3], toward)
+
+    def _retrace(self, hits: Hits, origin: Float32, direction: Float32, tally: Tally) -> None:
+        """Advance rays whose hit lies behind them (a rounding error of Embree) and trace them again.
+
+        Closest hit makes this safe: whatever is nearer than a spurious hit would have been returned.
+        """
+        spurious = np.flatnonzero(~(hits.t > 0))
+        if len(spurious) == 0:
+            return
+        tally.add("self_hits", len(spurious))
+        start, d = origin[:, spurious], direction[:, spurious]
+        step = (RETRACE_STEP * largest_component(start)).astype(np.float64)
+        for _ in range(MAX_RETRACES):
+            moved = (start + d * step).astype(np.float32)
+            with tally.phase("intersect"):
+                again = self._triangles.intersect(moved, d)
+            found = self._refine(again, start, d)
+            good = (found.t > 0) | (again == MISS)
+            self._store(hits, spurious[good], found, good)
+            spurious, start, d, step = spurious[~good], start[:, ~good], d[:, ~good], step[~good] * RETRACE_GROWTH
+            if len(spurious) == 0:
+                return
+        hits.prim[spurious] = MISS
+        hits.t[spurious] = np.inf
+
+    @staticmethod
+    def _store(hits: Hits, where: NDArray[np.intp], found: Hits, chosen: Bools) -> None:
+        hits.prim[where] = found.prim[chosen]
+        hits.t[where] = found.t[chosen]
+        hits.normal[:, where] = found.normal[:, chosen]
+        hits.toward[where] = found.toward[chosen]
+
+    def _check_grazing(self, hits: Hits, origin: Float32, direction: Float32, tally: Tally) -> None:
+        """Count grazing hits that float64 finds clearly outside their triangle (they are clamped, not dropped)."""
+        grazing = np.flatnonzero((np.abs(hits.toward) < GRAZING_COSINE) & (hits.prim >= 0))
+        if len(grazing) == 0:
+            return
+        point = origin[:, grazing] + hits.t[grazing] * direction[:, grazing]
+        u, v = barycentrics(self.geometry, hits.prim[grazing], point, clamp=False)
+        # In the plane, the float32 ray itself is uncertain by an ulp over the cosine, and so is the hit.
+        slack = BARYCENTRIC_SLACK + FLOAT32_ULP / np.abs(hits.toward[grazing])
+        tally.add("barycentrics_out_of_range", np.count_nonzero((u < -slack) | (v < -slack) | (u + v > 1 + slack)))
+
+    def _add_shapes(self, hits: Hits, origin: Float32, direction: Float32) -> None:
+        """Let analytic shapes that are strictly nearer replace the triangles' hits."""
+        g = self.geometry
+        for sphere in self._spheres:
+            center, radius = g.sphere_center[sphere], g.sphere_radius[sphere]
+            t = sphere_distance(center, radius, origin, direction)
+            nearer = np.flatnonzero(t < hits.t)
+            if len(nearer):
+                d = direction[:, nearer]
+                normal = (origin[:, nearer] + t[nearer] * d - center[:, None]) / radius
+                normal /= np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
+                toward = normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2]
+                self._replace(hits, nearer, int(g.triangle_count + sphere), t[nearer], normal, toward)
+        for plane in self._planes:
+            facet = g.facets[plane][:, None]
+            t, toward = plane_distance(facet, origin, direction)
+            nearer = np.flatnonzero((t > 0) & (t < hits.t))
+            self._replace(hits, nearer, int(plane), t[nearer], facet[:3], toward[nearer])
+
+    @staticmethod
+    def _replace(hits: Hits, where: NDArray[np.intp], prim: int, t: Float64, normal: Float64, toward: Float64) -> None:
+        hits.prim[where] = prim
+        hits.t[where] = t
+        hits.normal[:, where] = normal
+        hits.toward[where] = toward
+
+    # -------------------------------------------------------------------------------------------- any hit
+
+    def occluded(self, origin: Float32, direction: Float32, t_max: Float32, tally: Tally) -> Bools:
+        """Whether anything lies on each ray (3, n) before t_max (n,)."""
+        with tally.phase("occluded"):
+            blocked = self._triangles.occluded(origin, direction, t_max)
+        g = self.geometry
+        for sphere in self._spheres:
+            blocked |= sphere_distance(g.sphere_center[sphere], g.sphere_radius[sphere], origin, direction) <= t_max
+        for plane in self._planes:
+            t, _ = plane_distance(g.facets[plane][:, None], origin, direction)
+            blocked |= (t > 0) & (t <= t_max)
+        return blocked
+
+
+def barycentrics(geometry: Geometry, prim: Int32, point: Float64, clamp: bool = True) -> tuple[Float64, Float64]:
+    """Weights (u, v) (n,) of the second and third corner of triangles `prim` at points (3, n), in float64."""
+    corners = geometry.vertices.take(geometry.triangles.take(prim, axis=0).T, axis=0).astype(np.float64)
+    v0, e1, e2 = corners[0].T, (corners[1] - corners[0]).T, (corners[2] - corners[0]).T
+    x, y, z = point[0] - v0[0], point[1] - v0[1], point[2] - v0[2]
+    d11 = e1[0] * e1[0] + e1[1] * e1[1] + e1[2] * e1[2]
+    d12 = e1[0] * e2[0] + e1[1] * e2[1] + e1[2] * e2[2]
+    d22 = e2[0] * e2[0] + e2[1] * e2[1] + e2[2] * e2[2]
+    p1 = x * e1[0] + y * e1[1] + z * e1[2]
+    p2 = x * e2[0] + y * e2[1] + z * e2[2]
+    determinant = d11 * d22 - d12 * d12
+    u, v = (d22 * p1 - d12 * p2) / determinant, (d11 * p2 - d12 * p1) / determinant
+    if clamp:
+        np.clip(u, 0, 1, out=u)
+        np.clip(v, 0, 1 - u, out=v)
+    return u, v

@@ -1,0 +1,77 @@
+"""What a ray carries through the wave loop, and where new rays start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float32, Float64
+from .constants import ORIGIN_OFFSET
+from .vectors import Array, Index, largest_component, take
+
+
+@dataclass(eq=False)
+class Rays:
+    """A wave of n rays.
+
+    origin, direction : (3, n) float32; these float32 values *are* the ray. direction is unit length.
+    throughput        : (3, n) float32, what one unit of radiance found by this ray adds to its pixel, per channel.
+    pixel             : (n,) intp, the pixel it adds to, as a number within the chunk.
+    depth             : (n,) int16, bounces so far.
+    passes            : (n,) int16, index-matched surfaces passed unbent so far; they do not count as bounces.
+    t_max             : (n,) float32, camera clip end for camera rays, else inf.
+    camera            : (n,) bool, still a camera ray: it has at most passed straight through surfaces.
+    """
+
+    origin: Float32
+    direction: Float32
+    throughput: Float32
+    pixel: NDArray[np.intp]
+    depth: NDArray[np.int16]
+    passes: NDArray[np.int16]
+    t_max: Float32
+    camera: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return self.origin.shape[1]
+
+    def take(self, index: Index) -> Rays:
+        """The rays `index`, in that order."""
+        if isinstance(index, slice) and index == slice(None):
+            return self
+        return Rays(*(take(getattr(self, name), index) for name in FIELDS))
+
+
+FIELDS = ("origin", "direction", "throughput", "pixel", "depth", "passes", "t_max", "camera")
+
+
+def concatenate(waves: list[Rays]) -> Rays:
+    """One wave out of several, in order: a pixel's rays keep their order whatever else is in the chunk."""
+    waves = [w for w in waves if len(w)] or waves[:1]
+    if len(waves) == 1:
+        return waves[0]
+    return Rays(*(np.concatenate([getattr(w, name) for w in waves], axis=-1) for name in FIELDS))
+
+
+def camera_rays(origin: Float32, direction: Float32, t_max: Float32, pixel: NDArray[np.intp]) -> Rays:
+    """The first wave."""
+    n = origin.shape[1]
+    none = np.zeros(n, np.int16)
+    return Rays(origin, direction, np.ones((3, n), np.float32), pixel, none, none, t_max, np.ones(n, bool))
+
+
+def origin_offset(point: Float32, extent: Float32) -> Float32:
+    """How far (n,) from its surface a new ray must start.
+
+    extent : (n,) largest |coordinate| of the primitive, the scale of Embree's error in its plane.
+    """
+    return np.float32(ORIGIN_OFFSET) * np.maximum(extent, largest_component(point))
+
+
+def offset_origin(point: Float64, normal: Array, offset: Float32) -> Float32:
+    """Move points (3, n) by `offset` (n,) along unit normals (3, n) and round to float32 (see ORIGIN_OFFSET)."""
+    moved = normal * offset
+    moved += point
+    return moved.astype(np.float32)

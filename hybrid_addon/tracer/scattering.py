@@ -1,0 +1,89 @@
+"""Mirror, lens and highlight: reflect, refract, Fresnel, Phong.
+
+All directions point away from the surface; `n` lies on the side of `wo`; eta is transmitted over incident IOR.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..scene import Float32, Float64
+from .constants import MIN_OUTER_COSINE, OUTER_COSINE_SHARE
+from .vectors import Array, dot, normalize
+
+
+def reflect(wo: Array, n: Array) -> Array:
+    """Mirror direction (3, n): 2 (n.wo) n - wo."""
+    result = n * (2 * dot(wo, n))
+    result -= wo
+    return result
+
+
+def fresnel_dielectric(cos_i: Float64, eta: Float64) -> Float64:
+    """Exact unpolarised reflectance (n,) of a dielectric; 1 beyond the critical angle, exactly 0 for eta = 1.
+
+    Fresnel's equations with g^2 = eta^2 - 1 + c^2 (Cook & Torrance 1982), arranged so that nothing cancels near
+    eta = 1:
+    r_s = (g - c) / (g + c) = k / (c + g)^2 with k = eta^2 - 1, and, as c (c + g) - 1 = c g - s^2 with s^2 = 1 - c^2,
+    r_p = r_s (c (g + c) - 1) / (c (g - c) + 1) = r_s (c g - s^2) / (c g + s^2).
+
+    cos_i : (n,) float64, clamped to 0..1.  eta : (n,) float64 > 0.
+    """
+    c = np.clip(cos_i, 0.0, 1.0)
+    k = (eta - 1) * (eta + 1)
+    g2 = c * c + k
+    total = g2 <= 0
+    g = np.sqrt(np.where(total, 1.0, g2))
+    s2 = (1 - c) * (1 + c)
+    rs = k / ((c + g) * (c + g))
+    denominator = c * g + s2
+    rp = rs * (c * g - s2) / np.where(denominator > 0, denominator, 1.0)
+    reflectance = np.clip(0.5 * (rs * rs + rp * rp), 0.0, 1.0)
+    reflectance = np.where(total, 1.0, reflectance)
+    return np.where(eta == 1, 0.0, reflectance)
+
+
+def refract(wo: Float64, n: Float64, cos_i: Float64, eta: Float64) -> Float64:
+    """Snell: transmitted unit directions (3, n); NaN beyond the critical angle, where F = 1 and nobody asks.
+
+    wt = -wo / eta + (cos_i / eta - cos_t) n, with eta cos_t = sqrt(eta^2 - 1 + cos_i^2) as in `fresnel_dielectric`.
+    """
+    g = np.sqrt((eta - 1) * (eta + 1) + cos_i * cos_i)
+    return (n * (cos_i - g) - wo) / eta
+
+
+def keep_outside(w: Float32, n_geometric: Float32, wo: Float32) -> Float32:
+    """Lift directions (3, n) that a smooth normal sends through the surface back to its outer side.
+
+    The idea of Cycles' ensure_valid_specular_reflection: w leaves with a cosine of at least min(0.9 n_g.wo, 0.01).
+    """
+    least = np.minimum(OUTER_COSINE_SHARE * np.abs(dot(wo, n_geometric)), np.float32(MIN_OUTER_COSINE))
+    lift = least - dot(w, n_geometric)
+    if not (lift > 0).any():
+        return w
+    result: Float32 = np.where(lift > 0, normalize(w + n_geometric * lift), w)
+    return result
+
+
+def phong(cos_h: Float32, cos_i: Float32, cos_o: Float32, wo_h: Float32, exponent: Float32) -> Float32:
+    """Normalised Blinn-Phong microfacet lobe times cos_i, without its Fresnel factor: (n,).
+
+    D = (e + 2) / (2 pi) cos_h^e satisfies int D cos_h dh = 1 (Blinn 1977, normalised as in Walter et al. 2007). With
+    the V-cavity masking G of Cook & Torrance 1982, f cos_i = D G / (4 cos_o), G = min(1, 2 cos_h cos_o / wo_h,
+    2 cos_h cos_i / wo_h), written without a division by a vanishing cos_o. As V-cavities satisfy
+    int G1 D (wo.h) dh = cos_o and G <= G1, the directional albedo is at most 1 (times Fresnel's F0 at small angles).
+
+    cos_h = n.h, cos_i = n.wi, cos_o = n.wo, wo_h = wo.h: all (n,) and > 0.
+    """
+    d = (exponent + 2) * np.float32(1 / (2 * np.pi)) * np.power(cos_h, exponent)
+    valley = 2 * cos_h / wo_h
+    result: Array = d * np.float32(0.25) * np.minimum(1 / cos_o, valley * np.minimum(np.float32(1), cos_i / cos_o))
+    return result
+
+
+def schlick(f0: Float32, cos: Float32) -> Float32:
+    """Schlick's 1994 Fresnel for a coloured reflectance at normal incidence: (3, n)."""
+    m = np.clip(1 - cos, 0, 1)
+    m2 = m * m
+    result: Float32 = f0 + (1 - f0) * (m2 * m2 * m)
+    return result

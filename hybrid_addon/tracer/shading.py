@@ -1,0 +1,139 @@
+"""Local shading: ambient, diffuse and Phong light of hits, with hard shadows tinted through what is not opaque.
+
+Llocal = ambient base_color E_world / pi + sum over lights (diffuse base_color / pi + Phong) E_light visibility
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..scene import Float32
+from .accel import traceable
+from .compiled import CompiledScene
+from .constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
+from .interaction import Interaction, base_color
+from .lights import CompiledLight, Illumination, illuminate
+from .primitives import PrimitiveSet
+from .rays import offset_origin, origin_offset
+from .scattering import fresnel_dielectric, phong, schlick
+from .tally import Tally
+from .vectors import dot, normalize, select, take
+
+INVERSE_PI = np.float32(1 / np.pi)
+
+
+def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally) -> Float32:
+    """Llocal (3, n) of hits, seen along wo. Surfaces shade on both sides: normals are on the side of wo."""
+    table, plan = scene.surfaces, scene.plan
+    color = base_color(scene.geometry, table, hit)
+    radiance = np.zeros(color.shape, np.float32)
+    if plan.ambient:
+        radiance += color * table.ambient.take(hit.surface) * scene.world.irradiance_over_pi(hit.n_shading)
+    if plan.diffuse or plan.specular:
+        color *= table.diffuse.take(hit.surface) * INVERSE_PI
+        for light in scene.lights:
+            _add_light(scene, hit, light, color, radiance, tally)
+    return radiance
+
+
+def _add_light(
+    scene: CompiledScene, hit: Interaction, light: CompiledLight, diffuse: Float32, radiance: Float32, tally: Tally
+) -> None:
+    """Add one light's share to radiance (3, n). diffuse: (3, n), albedo over pi with its weights."""
+    # Work out what would arrive if nothing were in between.
+    lit = illuminate(light, hit.outer, hit.n_shading, hit.offset)
+    arriving = diffuse * (lit.diffuse * np.float32(light.light.diffuse))
+    if scene.plan.specular and light.light.specular != 0:
+        arriving += _highlight(scene, hit, lit) * np.float32(light.light.specular)
+    # No light through the back of the true surface, whatever its smooth normal says.
+    arriving *= dot(lit.wi, hit.n_geometric) > 0
+
+    # Trace shadow rays only where something would arrive.
+    wanted = select((arriving != 0).any(axis=0))
+    chosen = take(arriving, wanted)
+    chosen *= light.color
+    if light.light.cast_shadow and scene.plan.shadows:
+        tally.add("shadow_not_needed", len(hit.prim) - chosen.shape[1])
+        chosen *= _visibility(scene, take(hit.outer, wanted), take(lit.wi, wanted), take(lit.distance, wanted), tally)
+    radiance[:, wanted] += chosen
+
+
+def _highlight(scene: CompiledScene, hit: Interaction, lit: Illumination) -> Float32:
+    """Phong highlight (3, n) for light of colour 1; only for hits whose surface has one and which face the light."""
+    table = scene.surfaces
+    result = np.zeros((3, len(hit.prim)), np.float32)
+    cos_i, cos_o = dot(lit.wi, hit.n_shading), dot(hit.wo, hit.n_shading)
+    shiny = select(table.shades_specular.take(hit.surface) & (lit.specular > 0) & (cos_i > 0) & (cos_o > 0))
+    wi, wo, n = take(lit.wi, shiny), take(hit.wo, shiny), take(hit.n_shading, shiny)
+    surface = take(hit.surface, shiny)
+    half = normalize(wi + wo)
+    cos_h, wo_h = np.minimum(dot(half, n), np.float32(1)), dot(half, wo)
+    faces = (cos_h > 0) & (wo_h > 0)
+    lobe = phong(
+        np.where(faces, cos_h, np.float32(1)),
+        take(cos_i, shiny),
+        take(cos_o, shiny),
+        np.where(faces, wo_h, np.float32(1)),
+        table.exponent.take(surface),
+    )
+    lobe *= take(lit.specular, shiny)
+    lobe *= faces
+    result[:, shiny] = schlick(table.specular.take(surface, axis=1), wo_h) * lobe
+    return result
+
+
+def _visibility(scene: CompiledScene, origin: Float32, wi: Float32, distance: Float32, tally: Tally) -> Float32:
+    """What share (3, n) of a light gets from its place, `distance` (n,) along wi, to the origins (3, n)."""
+    visible = np.ones(wi.shape, np.float32)
+    sound = traceable(origin, wi)
+    tally.add("dropped", len(sound) - np.count_nonzero(sound))
+    t_max = np.where(sound, distance * np.float32(SHADOW_REACH), np.float32(0))
+    if len(scene.shadow_opaque):
+        open_rays = select(sound)
+        o, d, t = take(origin, open_rays), take(wi, open_rays), take(t_max, open_rays)
+        tally.add("shadow", o.shape[1])
+        sound[open_rays] &= ~scene.shadow_opaque.occluded(o, d, t, tally)
+    visible *= sound
+    if len(scene.shadow_tinted):
+        open_rays = np.flatnonzero(sound)
+        visible[:, open_rays] *= _transmittance(
+            scene, scene.shadow_tinted, origin[:, open_rays], wi[:, open_rays], t_max[open_rays], tally
+        )
+    return visible
+
+
+def _transmittance(
+    scene: CompiledScene, blockers: PrimitiveSet, origin: Float32, wi: Float32, t_max: Float32, tally: Tally
+) -> Float32:
+    """Product (3, n) over the non-opaque surfaces on straight shadow rays of (1-r)(1-o)(1-F) transmission_tint.
+
+    The ray is not bent, so at both faces of a solid its angle is that in the outer medium, and F is taken from there.
+    """
+    table, geometry = scene.surfaces, scene.geometry
+    result = np.ones(wi.shape, np.float32)
+    active = np.arange(wi.shape[1])
+    travelled = np.zeros(wi.shape[1])
+    for _ in range(MAX_SHADOW_CROSSINGS):
+        d = wi[:, active]
+        tally.add("shadow", len(active))
+        hits = blockers.nearest(origin, d, tally)
+        crossed = np.flatnonzero((hits.prim >= 0) & (travelled + hits.t < t_max[active]))
+        if len(crossed) == 0:
+            return result
+        active, d, prim, t = active[crossed], d[:, crossed], hits.prim[crossed], hits.t[crossed]
+        normal, toward = hits.normal[:, crossed], hits.toward[crossed]
+        surface = geometry.surface.take(prim)
+        passed = table.interface.take(surface) * (1 - fresnel_dielectric(np.abs(toward), table.ior.take(surface)))
+        result[:, active] *= (table.tint.take(surface, axis=1) * passed).astype(np.float32)
+        # Go on behind the surface, unless nothing is left.
+        alive = np.flatnonzero((result[:, active] > 0).any(axis=0))
+        active, d, prim, t = active[alive], d[:, alive], prim[alive], t[alive]
+        if len(active) == 0:
+            return result
+        onward = normal[:, alive] * np.sign(toward[alive])
+        point = origin[:, crossed[alive]] + d * t
+        travelled = travelled[crossed[alive]] + t
+        origin = offset_origin(point, onward, origin_offset(point.astype(np.float32), geometry.extent.take(prim)))
+    result[:, active] = 0
+    tally.add("shadow_crossings_exhausted", len(active))
+    return result

@@ -1,0 +1,54 @@
+"""What one chunk of work counted and how long its phases took; merged by plain sums, so order does not matter."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import SupportsInt
+
+
+class Tally:
+    """Integer counters and phase clocks of one thread's work.
+
+    counts : name -> number (rays by kind, invariants, skipped work).
+    wall, cpu : phase -> seconds, exclusive: a phase begun inside another stops the outer clock.
+    """
+
+    def __init__(self) -> None:
+        self.counts: Counter[str] = Counter()
+        self.wall: defaultdict[str, float] = defaultdict(float)
+        self.cpu: defaultdict[str, float] = defaultdict(float)
+        self._open: list[str] = []
+        self._since = (0.0, 0.0)
+
+    def add(self, name: str, number: SupportsInt) -> None:
+        """Count `number` more of `name`."""
+        if int(number):
+            self.counts[name] += int(number)
+
+    @contextmanager
+    def phase(self, name: str) -> Iterator[None]:
+        """Charge the time inside to `name`, and not to the phase around it."""
+        self._lap()
+        self._open.append(name)
+        try:
+            yield
+        finally:
+            self._lap()
+            self._open.pop()
+
+    def _lap(self) -> None:
+        now = (time.perf_counter(), time.thread_time())
+        if self._open:
+            self.wall[self._open[-1]] += now[0] - self._since[0]
+            self.cpu[self._open[-1]] += now[1] - self._since[1]
+        self._since = now
+
+    def merge(self, other: Tally) -> None:
+        """Add another tally to this one."""
+        self.counts.update(other.counts)
+        for phase in other.wall:
+            self.wall[phase] += other.wall[phase]
+            self.cpu[phase] += other.cpu[phase]

@@ -1,0 +1,175 @@
+"""The door: scenes that cannot be traced are refused with one line that names what is wrong."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from ..scene import AreaLight, Float32, Int32, Plane, Scene, Settings, Sphere, SunLight, Surface, TriangleMesh
+
+_SHARES = ("reflectivity", "opacity")
+_SCALARS = ("ambient", "diffuse", "roughness")
+_COLORS = ("base_color", "specular", "emission", "reflection_tint", "transmission_tint")
+
+
+def validate(scene: Scene, settings: Settings, mask: Float32 | None) -> None:
+    """Raise ValueError for anything that the tracer has no answer to."""
+    _check_settings(settings)
+    _check_camera(scene)
+    _check_mask(scene, mask)
+    for mesh in scene.meshes:
+        _check_mesh(mesh)
+    _check_references(scene)
+    for number, surface in enumerate(scene.surfaces):
+        _check_surface(scene, number, surface)
+    for shape in _shapes(scene):
+        _check_shape(shape)
+    _check_lights(scene)
+    _require(_finite(scene.world.radiance), f"world: radiance must be finite, got {scene.world.radiance}")
+
+
+def _shapes(scene: Scene) -> list[Sphere | Plane]:
+    return [*scene.spheres, *scene.planes]
+
+
+def _require(condition: bool, message: str) -> None:
+    if not condition:
+        raise ValueError(message)
+
+
+def _within(indices: Int32, size: int) -> bool:
+    """Whether all indices lie in 0 .. size - 1 (Embree reads out of bounds otherwise)."""
+    return bool(np.min(indices) >= 0 and np.max(indices) < size)
+
+
+def _finite(values: Iterable[float]) -> bool:
+    return all(math.isfinite(v) for v in values)
+
+
+def _check_settings(settings: Settings) -> None:
+    _require(settings.samples >= 1, f"settings: samples must be at least 1, got {settings.samples}")
+    _require(settings.max_depth >= 0, f"settings: max_depth must not be negative, got {settings.max_depth}")
+    _require(settings.chunk >= 1, f"settings: chunk must be at least 1, got {settings.chunk}")
+    _require(settings.threads >= 0, f"settings: threads must not be negative, got {settings.threads}")
+    _require(
+        math.isfinite(settings.filter_radius) and settings.filter_radius >= 0,
+        f"settings: filter_radius must be finite and not negative, got {settings.filter_radius}",
+    )
+    _require(settings.see in ("FLAGGED", "ALL"), f"settings: see must be FLAGGED or ALL, got {settings.see!r}")
+
+
+def _check_camera(scene: Scene) -> None:
+    camera = scene.camera
+    _require(
+        camera.projection in ("PERSP", "ORTHO"),
+        f"camera: only perspective and orthographic cameras can be traced, got {camera.projection!r}",
+    )
+    _require(bool(np.isfinite(camera.matrix_world).all()), "camera: matrix_world must be finite")
+    _require(_finite(camera.view_plane), f"camera: view_plane must be finite, got {camera.view_plane}")
+    x0, y0, x1, y1 = camera.window
+    _require(x0 <= x1 and y0 <= y1 and x0 >= 0 and y0 >= 0, f"camera: window is upside down: {camera.window}")
+    _require(min(camera.resolution) >= 1, f"camera: resolution must be at least 1 x 1, got {camera.resolution}")
+
+
+def _check_mask(scene: Scene, mask: Float32 | None) -> None:
+    x0, y0, x1, y1 = scene.camera.window
+    if mask is not None:
+        _require(
+            np.shape(mask) == (y1 - y0, x1 - x0),
+            f"mask: must be (height, width) of the camera's window, {(y1 - y0, x1 - x0)}, got {np.shape(mask)}",
+        )
+
+
+def _check_mesh(mesh: TriangleMesh) -> None:
+    name, nt = f"mesh {mesh.name!r}", len(mesh.triangles)
+    _require(mesh.vertices.ndim == 2 and mesh.vertices.shape[1] == 3, f"{name}: vertices must be (n, 3)")
+    _require(mesh.triangles.shape == (nt, 3), f"{name}: triangles must be (n, 3)")
+    if nt == 0:
+        return
+    _require(
+        _within(mesh.triangles, len(mesh.vertices)),
+        f"{name}: a triangle names a vertex that is not there",
+    )
+    tables = [t for t in (mesh.normals, *mesh.uv_maps.values()) if t is not None]
+    if tables:
+        _require(mesh.corners.shape == (nt, 3), f"{name}: corners must have the shape of triangles")
+        _require(
+            _within(mesh.corners, min(len(t) for t in tables)),
+            f"{name}: a triangle names a corner that is not there",
+        )
+    if mesh.surface_slots is not None:
+        _require(mesh.surface_slots.shape == (nt,), f"{name}: surface_slots must name one slot for each triangle")
+        _require(bool(np.min(mesh.surface_slots) >= 0), f"{name}: a surface slot is negative")
+
+
+def _check_references(scene: Scene) -> None:
+    for i in scene.instances:
+        name = f"object {i.name!r}"
+        _require(0 <= i.mesh < len(scene.meshes), f"{name}: there is no mesh {i.mesh}")
+        _require(np.shape(i.matrix_world) == (4, 4), f"{name}: matrix_world must be (4, 4)")
+        _require(len(i.surfaces) > 0, f"{name}: wears no surface")
+        for s in i.surfaces:
+            _require(0 <= s < len(scene.surfaces), f"{name}: there is no surface {s}")
+    for shape in _shapes(scene):
+        _require(
+            0 <= shape.surface < len(scene.surfaces), f"object {shape.name!r}: there is no surface {shape.surface}"
+        )
+
+
+def _check_surface(scene: Scene, number: int, surface: Surface) -> None:
+    def require(condition: bool, what: str) -> None:
+        if not condition:
+            raise ValueError(f"{_wearer(scene, number)}surface {surface.name!r}: {what}")
+
+    require(math.isfinite(surface.ior) and surface.ior > 0, f"ior must be a positive number, got {surface.ior}")
+    for field in _SHARES:
+        value = getattr(surface, field)
+        require(0 <= value <= 1, f"{field} must lie in 0..1, got {value}")
+    for field in _SCALARS:
+        value = getattr(surface, field)
+        require(math.isfinite(value) and value >= 0, f"{field} must be finite and not negative, got {value}")
+    for field in _COLORS:
+        value = getattr(surface, field)
+        require(len(value) == 3 and _finite(value), f"{field} must be three finite numbers, got {value}")
+
+
+def _wearer(scene: Scene, number: int) -> str:
+    """Who wears the surface, for the message."""
+    for instance in scene.instances:
+        if number in instance.surfaces:
+            return f"object {instance.name!r}, "
+    for shape in _shapes(scene):
+        if shape.surface == number:
+            return f"object {shape.name!r}, "
+    return ""
+
+
+def _check_shape(shape: Sphere | Plane) -> None:
+    name = f"object {shape.name!r}"
+    if isinstance(shape, Sphere):
+        _require(_finite(shape.center), f"{name}: center must be finite, got {shape.center}")
+        _require(
+            math.isfinite(shape.radius) and shape.radius > 0, f"{name}: radius must be positive, got {shape.radius}"
+        )
+        return
+    _require(_finite(shape.point), f"{name}: point must be finite, got {shape.point}")
+    _require(
+        _finite(shape.normal) and any(shape.normal), f"{name}: normal must be finite and not 0, got {shape.normal}"
+    )
+
+
+def _check_lights(scene: Scene) -> None:
+    for light in scene.lights:
+        name = f"light {light.name!r}"
+        place: tuple[float, ...]
+        if isinstance(light, SunLight):
+            color, place = light.irradiance, light.direction
+            _require(any(light.direction), f"{name}: direction must not be 0")
+        elif isinstance(light, AreaLight):
+            color, place = light.radiance, (*light.position, *light.direction, *light.axis_u, *light.axis_v)
+        else:
+            color, place = light.intensity, light.position
+        _require(_finite(color), f"{name}: its colour must be finite, got {color}")
+        _require(_finite(place), f"{name}: its place must be finite, got {place}")

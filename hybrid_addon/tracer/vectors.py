@@ -1,0 +1,69 @@
+"""Arithmetic on (3, n) arrays, written out so that every ray gives the same bits in any chunk.
+
+BLAS and einsum choose their order of summation by the shape of the array: neither may touch per-ray data.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+Index = NDArray[np.intp] | slice
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Dot product of (3, n) with (3, n), or of (3,) with (3, n): (n,)."""
+    result = a[0] * b[0]
+    result += a[1] * b[1]
+    result += a[2] * b[2]
+    return result
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Cross product of two (3, n) arrays."""
+    result = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))
+    np.subtract(a[1] * b[2], a[2] * b[1], out=result[0])
+    np.subtract(a[2] * b[0], a[0] * b[2], out=result[1])
+    np.subtract(a[0] * b[1], a[1] * b[0], out=result[2])
+    return result
+
+
+def normalize(a: Array) -> Array:
+    """The (3, n) directions of the (3, n) vectors; NaN where a vector is 0."""
+    result: Array = a * (1 / np.sqrt(dot(a, a)))
+    return result
+
+
+def matrix_times(matrix: Array, a: Array) -> Array:
+    """A (3, 3) matrix times each column of (3, n), in the dtype of `a`."""
+    m = matrix.astype(a.dtype, copy=False)
+    return np.stack([m[i, 0] * a[0] + m[i, 1] * a[1] + m[i, 2] * a[2] for i in range(3)])
+
+
+def largest_component(a: Array) -> Array:
+    """The largest |coordinate| of each column of (3, n): (n,)."""
+    result = np.abs(a[0])
+    np.maximum(result, np.abs(a[1]), out=result)
+    np.maximum(result, np.abs(a[2]), out=result)
+    return result
+
+
+def select(mask: NDArray[np.bool_]) -> Index:
+    """Index of the True elements: everything as a slice (no copies), else a stable index array."""
+    chosen = np.flatnonzero(mask)
+    return slice(None) if len(chosen) == len(mask) else chosen
+
+
+def take(a: Array, index: Index) -> Array:
+    """Columns `index` of (n,) or (k, n); a view where `index` is everything."""
+    if isinstance(index, slice):
+        return a[..., index]
+    return a.take(index, axis=-1)
+
+
+def count(index: Index, n: int) -> int:
+    """How many of `n` columns an index from `select` takes."""
+    return n if isinstance(index, slice) else len(index)
