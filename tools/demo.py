@@ -1,6 +1,6 @@
 """`make demo`: render a sample scene hybrid and lay raster, mask, traced and composite side by side.
 
-    python tools/demo.py [SCENE.blend] [--output DIR] [--resolution WxH] [--samples N]
+python tools/demo.py [SCENE.blend] [--output DIR] [--resolution WxH] [--samples N]
 """
 
 from __future__ import annotations

@@ -227,7 +227,9 @@ def _raster_report(scene: bpy.types.Scene, resolution: tuple[int, int]) -> dict[
         counts={},
         time={"raster": timing, "total": timing},
         warnings=["no object is ray traced: tick Ray Traced on one"] if nothing_flagged else [],
-        skipped=[{"what": "tracing", "why": "no object is ray traced" if nothing_flagged else "mode RASTER", "count": 1}],
+        skipped=[
+            {"what": "tracing", "why": "no object is ray traced" if nothing_flagged else "mode RASTER", "count": 1}
+        ],
     )
 
 

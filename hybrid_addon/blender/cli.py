@@ -241,19 +241,27 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument("file", type=Path, metavar="FILE")
     render.add_argument("--output", type=_picture, required=True, metavar="PATH", help="PNG or EXR, by its extension")
     when = render.add_mutually_exclusive_group()
-    when.add_argument("--frame", type=_number(-1048574, 1048574, int), metavar="N", help="default: the file's current frame")
-    when.add_argument("--animation", action="store_true", help="the file's frame range; #### in PATH is the frame number")
+    when.add_argument(
+        "--frame", type=_number(-1048574, 1048574, int), metavar="N", help="default: the file's current frame"
+    )
+    when.add_argument(
+        "--animation", action="store_true", help="the file's frame range; #### in PATH is the frame number"
+    )
     render.add_argument("--mode", choices=("hybrid", "raster", "full"), help="default: the file's own")
     render.add_argument("--ray-traced", nargs="+", metavar="NAME", help="flag these objects instead of the file's")
     render.add_argument("--reflectivity", type=_number(0, 1), metavar="X", help="of the ray traced objects, 0..1")
     render.add_argument("--opacity", type=_number(0, 1), metavar="X", help="of the ray traced objects, 0..1")
     render.add_argument("--ior", type=_number(1e-3, 1e3), metavar="X", help="of the ray traced objects")
-    render.add_argument("--samples", type=_number(1, 65536, int), metavar="N", help="rays through each ray traced pixel")
+    render.add_argument(
+        "--samples", type=_number(1, 65536, int), metavar="N", help="rays through each ray traced pixel"
+    )
     render.add_argument("--max-depth", type=_number(0, 1024, int), metavar="N", help="bounces")
     render.add_argument("--light-falloff", choices=("eevee", "physical"), help="default: the file's own")
     render.add_argument("--resolution", type=_resolution, metavar="WxH")
     render.add_argument("--threads", type=_number(0, 1024, int), metavar="N", help="0: all cores")
-    render.add_argument("--report", type=Path, metavar="PATH.json", help="what was done, what it cost, what was left out")
+    render.add_argument(
+        "--report", type=Path, metavar="PATH.json", help="what was done, what it cost, what was left out"
+    )
     render.add_argument("--passes", type=Path, metavar="DIR", help="also write raster, mask and traced as EXR")
 
     plan = verbs.add_parser("plan", help="say what would be traced and what is left out; traces nothing")

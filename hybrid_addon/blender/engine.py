@@ -89,7 +89,9 @@ def trace_frame(
     mode = scene.hybrid.mode
 
     clock = results.Clock()
-    raster, mask = (None, None) if mode == "FULL" else _stage(progress, "Reading EEVEE's picture", read_mask, scene, window)
+    raster, mask = (
+        (None, None) if mode == "FULL" else _stage(progress, "Reading EEVEE's picture", read_mask, scene, window)
+    )
     timing["mask read"] = clock.read()
 
     clock = results.Clock()
@@ -162,7 +164,9 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
 
     warnings = []
     source = pipeline.source_layer(scene)
-    others = [layer.name for layer in scene.view_layers if layer != source and layer.use and not layer.get(pipeline.MASK_MARK)]
+    others = [
+        layer.name for layer in scene.view_layers if layer != source and layer.use and not layer.get(pipeline.MASK_MARK)
+    ]
     if others:
         warnings.append(f"only view layer '{source.name}' is hybrid; drawn by EEVEE alone: {', '.join(others)}")
     if nodes.feeds_nothing(scene, source):

@@ -1,4 +1,4 @@
-"""When the pipeline has to look again: after edits, undo, load, save, append, and once more before a background render."""
+"""When the pipeline has to look again: after edits, undo, load, save, append; once more before a background render."""
 
 from __future__ import annotations
 

@@ -57,13 +57,15 @@ def read_exr(path: str | os.PathLike[str]) -> dict[str, Float32]:
         source.close()
     order = {letter: rank for rank, letter in enumerate("RXVGYBZAW")}
     return {
-        name: np.ascontiguousarray(np.stack([v for _, v in sorted(c.items(), key=lambda x: order.get(x[0], 99))], axis=-1))
+        name: np.ascontiguousarray(
+            np.stack([v for _, v in sorted(c.items(), key=lambda x: order.get(x[0], 99))], axis=-1)
+        )
         for name, c in planes.items()
     }
 
 
 def write_exr(path: str | os.PathLike[str], pixels: Float32) -> None:
-    """Write (h, w) or (h, w, 3 or 4) float32, bottom row first, as a 32-bit EXR. The file appears whole or not at all."""
+    """Write (h, w) or (h, w, 3 or 4) float32, bottom row first, as 32-bit EXR. The file appears whole or not at all."""
     import OpenImageIO as oiio
 
     pixels = pixels[..., None] if pixels.ndim == 2 else pixels
@@ -74,13 +76,16 @@ def write_exr(path: str | os.PathLike[str], pixels: Float32) -> None:
     with atomic(path) as temporary:
         output = oiio.ImageOutput.create(temporary)
         written = output and output.open(temporary, spec) and output.write_image(np.ascontiguousarray(pixels[::-1]))
-        if not (written and output.close()):
+        if not (output and written and output.close()):
             raise HybridError(f"cannot write '{path}': {output.geterror() if output else oiio.geterror()}")
 
 
 def write_render_result(path: str | os.PathLike[str], scene: bpy.types.Scene) -> None:
-    """Save the scene's composite as PNG (view transform applied) or EXR (scene-linear, 32 bit) by the path's extension."""
-    formats = {".png": ("PNG", "16" if scene.render.image_settings.color_depth == "16" else "8"), ".exr": ("OPEN_EXR", "32")}
+    """Save the scene's composite as PNG (view transform applied) or EXR (scene-linear, 32 bit), by the extension."""
+    formats = {
+        ".png": ("PNG", "16" if scene.render.image_settings.color_depth == "16" else "8"),
+        ".exr": ("OPEN_EXR", "32"),
+    }
     file_format, depth = formats[Path(path).suffix.lower()]
     with atomic(path) as temporary, image_settings(scene, "IMAGE", file_format, depth):
         try:
@@ -104,12 +109,20 @@ def atomic(path: str | os.PathLike[str]) -> Iterator[str]:
 
 
 @contextmanager
-def image_settings(scene: bpy.types.Scene, media: str, file_format: str, depth: str, codec: str = "ZIP") -> Iterator[None]:
+def image_settings(
+    scene: bpy.types.Scene, media: str, file_format: str, depth: str, codec: str = "ZIP"
+) -> Iterator[None]:
     """Change the scene's output format for a moment. Writing to settings is allowed inside a render."""
     settings = scene.render.image_settings
     names = ["media_type", "file_format", "color_mode", "color_depth", "exr_codec"]
     before = {name: getattr(settings, name) for name in names if hasattr(settings, name)}
-    wanted = {"media_type": media, "file_format": file_format, "color_mode": "RGBA", "color_depth": depth, "exr_codec": codec}
+    wanted = {
+        "media_type": media,
+        "file_format": file_format,
+        "color_mode": "RGBA",
+        "color_depth": depth,
+        "exr_codec": codec,
+    }
     try:
         _assign(settings, wanted, before)
         yield

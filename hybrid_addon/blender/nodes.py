@@ -83,7 +83,8 @@ def needs_source(scene: bpy.types.Scene, source: bpy.types.ViewLayer, mode: str)
         return mode == "RASTER"
     tree = compositor_tree(scene)
     others = tree is not None and any(
-        node.type == "CRYPTOMATTE_V2" or (_is_user(node, scene, source.name) and _other_outputs(node)) for node in tree.nodes
+        node.type == "CRYPTOMATTE_V2" or (_is_user(node, scene, source.name) and _other_outputs(node))
+        for node in tree.nodes
     )
     return scene.render.film_transparent or others or scene.render.image_settings.file_format == "OPEN_EXR_MULTILAYER"
 
@@ -218,9 +219,7 @@ def _other_outputs(node: bpy.types.Node) -> bool:
     return any(socket.is_linked for socket in node.outputs if socket.name not in {"Image", "Alpha"})
 
 
-def _render_layers_node(
-    tree: bpy.types.NodeTree, role: str, scene: bpy.types.Scene, layer: str
-) -> bpy.types.Node:
+def _render_layers_node(tree: bpy.types.NodeTree, role: str, scene: bpy.types.Scene, layer: str) -> bpy.types.Node:
     node = tree.nodes.new("CompositorNodeRLayers")
     node[ROLE] = role
     node.scene = scene
@@ -228,13 +227,14 @@ def _render_layers_node(
     return node
 
 
-def _own_render_layers(
-    tree: bpy.types.NodeTree, role: str, scene: bpy.types.Scene, layer: str
-) -> bpy.types.Node:
+def _own_render_layers(tree: bpy.types.NodeTree, role: str, scene: bpy.types.Scene, layer: str) -> bpy.types.Node:
     node = next((node for node in tree.nodes if node.get(ROLE) == role), None)
     if node is None:
         node = _render_layers_node(tree, role, scene, layer)
-        node.label = {"mask": "Hybrid: EEVEE without the ray traced objects", "trace": "Hybrid: the ray traced objects"}[role]
+        node.label = {
+            "mask": "Hybrid: EEVEE without the ray traced objects",
+            "trace": "Hybrid: the ray traced objects",
+        }[role]
         node.location = {"mask": (-700, -450), "trace": (-700, -800)}[role]
     if node.scene != scene:
         node.scene = scene

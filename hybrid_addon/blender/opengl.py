@@ -1,4 +1,4 @@
-"""Is there an OpenGL for EEVEE? Asked before a headless render, because without one Blender crashes in the middle of it."""
+"""Is there an OpenGL for EEVEE? Asked before a headless render, because Blender crashes without one."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from .errors import HybridError
 
 _PACKAGES = "libegl1 libgl1 libegl-mesa0 libgl1-mesa-dri"  # Debian and Ubuntu: Mesa's software OpenGL
 _EGL_OPENGL_API = 0x30A2  # egl.h
+_EGL_PLATFORM_SURFACELESS_MESA = 0x31DD  # eglext.h
 
 
 def require() -> None:
@@ -36,11 +37,14 @@ def _egl_problem() -> str:
         egl = ctypes.CDLL("libEGL.so.1")
     except OSError:
         return "libEGL.so.1 is not installed"
+    egl.eglGetPlatformDisplay.restype = ctypes.c_void_p
+    egl.eglGetPlatformDisplay.argtypes = [ctypes.c_uint, ctypes.c_void_p, ctypes.c_void_p]
     egl.eglGetDisplay.restype = ctypes.c_void_p
     egl.eglGetDisplay.argtypes = [ctypes.c_void_p]
     egl.eglInitialize.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
-    display = egl.eglGetDisplay(None)
-    if not display or not egl.eglInitialize(display, None, None):
+    # A driver answers for the default display (NVIDIA) or, with no screen at all, for Mesa's surfaceless platform.
+    displays = (egl.eglGetDisplay(None), egl.eglGetPlatformDisplay(_EGL_PLATFORM_SURFACELESS_MESA, None, None))
+    if not any(display and egl.eglInitialize(display, None, None) for display in displays):
         return "EGL finds no driver"
     if not egl.eglBindAPI(_EGL_OPENGL_API):
         return "the EGL driver has no OpenGL"

@@ -68,7 +68,9 @@ def why_inactive(scene: bpy.types.Scene) -> str:
     if is_trace_scene(scene):
         return f"scene '{scene.name}' belongs to the add-on: choose your own scene"
     if not is_eevee(scene):
-        return f"scene '{scene.name}' renders with {scene.render.engine}: set Render Engine to EEVEE for hybrid rendering"
+        return (
+            f"scene '{scene.name}' renders with {scene.render.engine}: set Render Engine to EEVEE for hybrid rendering"
+        )
     return ""
 
 

@@ -1,4 +1,4 @@
-"""What the artist can set, per object and per scene. The descriptions are the manual: README's tables are made of them."""
+"""What the artist can set, per object and per scene. The descriptions are the manual: README quotes them."""
 
 # No `from __future__ import annotations` here: Blender reads the properties from the annotations themselves.
 
@@ -87,7 +87,7 @@ class HybridSceneSettings(PropertyGroup):
 
     enabled: BoolProperty(  # type: ignore[valid-type]
         name="Hybrid",
-        description="Render the ray traced objects of this scene with the ray tracer and composite them into EEVEE's picture",
+        description="Draw the ray traced objects of this scene with the ray tracer, composited into EEVEE's picture",
         default=False,
         update=_scene_changed,
     )

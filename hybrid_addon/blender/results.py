@@ -1,4 +1,4 @@
-"""What the last render of each scene gave: filled by the engine and the render handlers, read by the API and the panel."""
+"""What the last render of each scene gave: filled by the engine and the handlers, read by the API and the panel."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..scene import Float32
 
 @dataclass(eq=False)
 class Frame:
-    """One traced frame, over the rendered window: raster and traced (h, w, 4), mask (h, w), float32, associated alpha."""
+    """One traced frame over the rendered window: raster, traced (h, w, 4), mask (h, w), float32, associated alpha."""
 
     window: tuple[int, int, int, int]
     raster: Float32 | None

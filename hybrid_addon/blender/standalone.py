@@ -14,7 +14,9 @@ def main() -> None:
     try:
         import bpy  # noqa: F401
     except ImportError as error:
-        sys.stderr.write(f"hybrid: error: the bpy module does not load ({error}): pip install bpy, or use Blender itself\n")
+        sys.stderr.write(
+            f"hybrid: error: the bpy module does not load ({error}): pip install bpy, or use Blender itself\n"
+        )
         raise SystemExit(2) from error
     from . import cli, registration
 

@@ -1,0 +1,1 @@
+"""What a render cost and how exact it is: metrics, the frame report, error against run time. Pure numpy."""

@@ -1,4 +1,4 @@
-"""The report of one frame: a plain, JSON-able dict with the keys that README documents, and its two lines for the panel."""
+"""The report of one frame: a plain, JSON-able dict with the keys that README documents, and two lines for the panel."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def frame_report(
     time : seconds by phase, {"raster": {"wall": s, "cpu": s}, ...}; the tracer's own phases come with the film.
     """
     traced = mask != 0
-    residual = film.residual[traced] if film is not None and traced.any() else np.zeros(1, np.float32)
+    residual = film.residual[traced] if film is not None and traced.any() else np.zeros(1, dtype=np.float32)
     return {
         "schema": SCHEMA,
         "versions": {"python": ".".join(map(str, sys.version_info[:3])), "numpy": np.__version__, **versions},
@@ -44,7 +44,7 @@ def frame_report(
         "mask_coverage": float(mask.mean(dtype=np.float64)) if mask.size else 0.0,
         "triangles": int(counts.get("triangles", 0)),
         "counts": dict(counts),
-        "time": {**{k: dict(v) for k, v in time.items()}, **({k: dict(v) for k, v in film.time.items()} if film else {})},
+        "time": {**(film.time if film else {}), **{phase: dict(seconds) for phase, seconds in time.items()}},
         "rays": dict(film.rays) if film else dict(EMPTY_RAYS),
         "skipped": [*map(dict, skipped), *(film.skipped if film else [])],
         "error": {
@@ -62,7 +62,8 @@ def summary(report: Mapping[str, Any]) -> tuple[str, str]:
     time, rays = report["time"], sum(report["rays"].values())
     total = time.get("total", {}).get("wall", 0.0)
     raster = time.get("raster", {}).get("wall", 0.0)
-    first = f"{total:.2f} s, EEVEE {raster:.2f} s, {rays / 1e6:.2f} million rays, {report['mask_coverage'] * 100:.1f} % traced"
+    covered = report["mask_coverage"] * 100
+    first = f"{total:.2f} s, EEVEE {raster:.2f} s, {rays / 1e6:.2f} million rays, {covered:.1f} % traced"
     broken = {name: count for name, count in report["invariants"].items() if count}
     if broken:
         return first, "Check: " + ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in broken.items())

@@ -15,6 +15,7 @@ import numpy as np
 
 from ...scene import RGB, AreaLight, Float64, Light, PointLight, SpotLight, SunLight
 from .messages import Warnings
+from .nodes import uses_nodes
 
 Falloff = Literal["EEVEE", "PHYSICAL"]
 
@@ -201,7 +202,7 @@ def _warn_of_ignored(b_object: bpy.types.Object, warn: Warnings) -> None:
     b_light, b_linking = b_object.data, b_object.light_linking
     if b_linking.receiver_collection or b_linking.blocker_collection:
         warn.add(f"light {b_object.name!r}: light linking is not traced; it lights every ray traced object")
-    if b_light.use_nodes and b_light.node_tree and _has_own_nodes(b_light.node_tree):
+    if uses_nodes(b_light) and _has_own_nodes(b_light.node_tree):
         warn.add(f"light {b_object.name!r}: its nodes are ignored, as EEVEE ignores them; colour and power are used")
     if b_light.type == "SPOT" and b_light.use_square:
         warn.add(f"light {b_object.name!r}: a square spot is traced as a round one")

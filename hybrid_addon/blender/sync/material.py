@@ -15,7 +15,7 @@ import bpy
 from ...scene import Surface
 from .image import Images
 from .messages import Warnings
-from .nodes import Node, active_output
+from .nodes import Node, active_output, uses_nodes
 from .settings import CustomSurface
 from .shaders import surface_from
 from .texture import NodeReader
@@ -68,11 +68,6 @@ def translate_material(b_material: bpy.types.Material, images: Images, warn: War
         return Surface(name=b_material.name, base_color=(0.0, 0.0, 0.0))
     _warn_of_ignored(output, reader)
     return replace(surface_from(output.input("Surface"), reader), name=b_material.name)
-
-
-def uses_nodes(b_id: bpy.types.Material | bpy.types.World) -> bool:
-    """Whether the node tree counts: always from Blender 5 on, where the switch is deprecated."""
-    return b_id.node_tree is not None and (bpy.app.version >= (5, 0, 0) or b_id.use_nodes)
 
 
 def _without_nodes(b_material: bpy.types.Material) -> Surface:

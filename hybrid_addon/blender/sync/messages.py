@@ -21,6 +21,3 @@ class Warnings:
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._lines)
-
-    def __len__(self) -> int:
-        return len(self._lines)

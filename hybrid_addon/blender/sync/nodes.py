@@ -79,6 +79,11 @@ class Socket:
         return node is None or node.kind in ("ShaderNodeValue", "ShaderNodeRGB")
 
 
+def uses_nodes(b_id: bpy.types.Material | bpy.types.World | bpy.types.Light) -> bool:
+    """Whether the datablock's node tree counts: always from Blender 5 on, where the switch is deprecated."""
+    return b_id.node_tree is not None and (bpy.app.version >= (5, 0, 0) or b_id.use_nodes)
+
+
 def active_output(b_tree: bpy.types.NodeTree) -> Node | None:
     """The output node that EEVEE uses of a material's or world's tree."""
     b_output = b_tree.get_output_node("EEVEE")

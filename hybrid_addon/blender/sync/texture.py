@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import bpy
 import numpy as np
 from mathutils import Euler, Matrix, Vector
 
-from ...scene import BLACK, RGB, Float64, Texture
+from ...scene import BLACK, RGB, Float32, Float64, Texture
 from .image import Images
 from .messages import Warnings
 from .nodes import Node, Socket
@@ -107,12 +108,23 @@ def image_texture(reader: NodeReader, node: Node) -> Texture:
     uv_map, transform = _coordinates(reader, node)
     return Texture(
         name=b_node.image.name,
-        pixels=reader.images.pixels(b_node.image, b_node.image_user),
+        pixels=_color_output(reader.images.pixels(b_node.image, b_node.image_user), b_node),
         extension=b_node.extension,
         interpolation="CLOSEST" if b_node.interpolation == "Closest" else "LINEAR",
         uv_map=uv_map,
         uv_transform=np.array(transform, dtype=np.float64)[:2][:, [0, 1, 3]],
     )
+
+
+def _color_output(pixels: Float32, b_node: bpy.types.Node) -> Float32:
+    """What the node's Color output gives: multiplied by alpha, unless the Alpha output is used (as in EEVEE)."""
+    b_image = b_node.image
+    apart = b_image.alpha_mode in ("NONE", "CHANNEL_PACKED") or b_image.colorspace_settings.is_data
+    if apart or b_node.outputs["Alpha"].is_linked or np.all(pixels[..., 3] == 1.0):
+        return pixels
+    opaque = np.ones_like(pixels)
+    opaque[..., :3] = pixels[..., :3] * pixels[..., 3:]
+    return opaque
 
 
 def _coordinates(reader: NodeReader, node: Node) -> tuple[str, Matrix]:

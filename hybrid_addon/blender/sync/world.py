@@ -8,9 +8,8 @@ from mathutils import Matrix
 
 from ...scene import RGB, Float64, Texture, World
 from .image import Images
-from .material import uses_nodes
 from .messages import Warnings
-from .nodes import Node, Socket, active_output
+from .nodes import Node, Socket, active_output, uses_nodes
 from .texture import NodeReader, image_node_upstream, mapping_matrix, rotation_of
 
 MAX_SHADERS = 32  # looked through on the way to the Background node
