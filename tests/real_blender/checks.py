@@ -1,0 +1,163 @@
+"""The extension as a user has it: the zip, installed into a real Blender, rendering by every road.
+
+Not part of ``make test``, which has Blender as a Python module only. Run by ``make test-real`` with the commands in
+BLENDER and XVFB_BLENDER.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+BLENDER = shlex.split(os.environ.get("BLENDER", "blender"))
+XVFB_BLENDER = shlex.split(os.environ.get("XVFB_BLENDER", "xvfb-blender"))
+STEP = 1 / 255  # of an 8 bit picture
+
+
+class Blender:
+    """A Blender with user resources of its own, in which the extension is installed."""
+
+    def __init__(self, resources: Path) -> None:
+        self.environment = {**os.environ, "BLENDER_USER_RESOURCES": str(resources)}
+
+    def __call__(self, *arguments: str | Path, command: list[str] = BLENDER, code: int = 0) -> str:
+        """Run it, in the checkout's folder; its whole output."""
+        process = subprocess.run(
+            [*command, *map(str, arguments)],
+            cwd=ROOT, env=self.environment, text=True, timeout=400, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        assert process.returncode == code, process.stdout
+        assert "Traceback" not in process.stdout, process.stdout
+        return process.stdout
+
+    def script(self, expression: str) -> str:
+        """Run one line of Python in the background; its output."""
+        return self("-b", "--python-exit-code", "1", "--python-expr", expression)
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("real")
+
+
+@pytest.fixture(scope="session")
+def archive(folder: Path) -> Path:
+    """The zip with the Embree that this Blender's Python can load."""
+    printed = Blender(folder / "bare").script("import sys; print('PYTHON', '%d.%d' % sys.version_info[:2])")
+    (version,) = re.findall(r"^PYTHON (.+)$", printed, re.M)
+    command = [sys.executable, ROOT / "tools" / "build_extension.py", "--python", version, "--output-dir", folder]
+    subprocess.run(command, check=True)
+    (built,) = folder.glob("*.zip")
+    return built
+
+
+@pytest.fixture(scope="session")
+def blender(folder: Path, archive: Path) -> Blender:
+    (folder / "user").mkdir()
+    blender = Blender(folder / "user")
+    blender("--command", "extension", "install-file", "-r", "user_default", "-e", archive)
+    return blender
+
+
+@pytest.fixture(scope="session")
+def scene(blender: Blender, folder: Path) -> Path:
+    path = folder / "scene.blend"
+    blender("-b", "--python-exit-code", "1", "--python", HERE / "make_scene.py", "--", path)
+    return path
+
+
+@pytest.fixture(scope="session")
+def still(blender: Blender, folder: Path, scene: Path) -> Path:
+    """Frame 1, by plain `blender -b FILE -f 1`."""
+    blender("-b", scene, "-o", folder / "still_####", "-F", "PNG", "-f", "1")
+    return folder / "still_0001.png"
+
+
+@pytest.fixture(scope="session")
+def command_line(blender: Blender, folder: Path, scene: Path) -> Path:
+    """The folder in which `blender -c hybrid render` left picture.png, report.json and the passes."""
+    output = folder / "command line"
+    output.mkdir()
+    blender("-c", "hybrid", "render", scene, "--output", output / "picture.png", "--frame", "1",
+            "--report", output / "report.json", "--passes", output)  # fmt: skip
+    return output
+
+
+def read(path: Path) -> np.ndarray:
+    """(height, width, channels) float32 as stored."""
+    pixels = oiio.ImageInput.open(str(path)).read_image("float")
+    assert pixels is not None and np.isfinite(pixels).all()
+    return pixels
+
+
+def worst(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.abs(a[..., :3] - b[..., :3]).max())
+
+
+def test_blender_itself_calls_the_zip_valid(blender: Blender, archive: Path) -> None:
+    assert "Success" in blender("--command", "extension", "validate", archive)
+
+
+def test_it_is_enabled_and_breaks_no_policy(blender: Blender) -> None:
+    printed = blender.script(
+        "import bpy, addon_utils, embreex; print('ENABLED', addon_utils.check('bl_ext.user_default.hybrid_addon')[1]);"
+        "print('WARNINGS', addon_utils._extensions_warnings_get()); print('EMBREE', embreex.__file__)"
+    )
+    assert "ENABLED True" in printed
+    assert "WARNINGS {}" in printed
+    assert f"EMBREE {blender.environment['BLENDER_USER_RESOURCES']}" in printed, printed
+
+
+def test_one_frame_holds_both_halves(still: Path, command_line: Path) -> None:
+    """The ball mirrors the world (it is far from black and from the grey it would be in EEVEE), the floor is there."""
+    picture, mask = read(still), read(command_line / "mask.exr")[..., 0]
+    assert picture.shape[:2] == mask.shape == (64, 96)
+    assert 0.02 < mask.mean() < 0.5
+    assert picture[mask > 0.99][..., :3].std() > 10 * STEP
+    assert picture[mask == 0][..., :3].mean() > 10 * STEP
+
+
+def test_the_command_renders_the_same_picture(still: Path, command_line: Path) -> None:
+    assert worst(read(still), read(command_line / "picture.png")) <= STEP
+
+
+def test_the_report_says_that_rays_were_traced(command_line: Path) -> None:
+    report = json.loads((command_line / "report.json").read_text(encoding="utf-8"))
+    assert report["rays"]["camera"] > 0
+    assert report["rays"]["reflected"] > 0
+    assert all(count == 0 for count in report["invariants"].values())
+
+
+def test_bad_input_is_named_in_one_line(blender: Blender, folder: Path) -> None:
+    printed = blender("-c", "hybrid", "render", "no such file.blend", "--output", folder / "none.png", code=2)
+    assert len([line for line in printed.splitlines() if "no such file.blend" in line]) == 1
+    assert not (folder / "none.png").exists()
+
+
+def test_an_animation_moves_in_both_halves(blender: Blender, folder: Path, scene: Path, still: Path,
+                                           command_line: Path) -> None:  # fmt: skip
+    """`-a` over three frames: the cube moves in EEVEE's half, and its reflection moves in the ball, which stands."""
+    blender("-b", scene, "-o", folder / "motion_####", "-F", "PNG", "-s", "1", "-e", "3", "-a")
+    frames = [read(folder / f"motion_{number:04d}.png") for number in (1, 2, 3)]
+    assert worst(frames[0], read(still)) <= STEP
+    mask = read(command_line / "mask.exr")[..., 0]
+    for a, b in ((0, 1), (1, 2), (0, 2)):
+        assert worst(frames[a][mask == 0], frames[b][mask == 0]) > 20 * STEP, "EEVEE's half stands still"
+        assert worst(frames[a][mask > 0.99], frames[b][mask > 0.99]) > 20 * STEP, "the reflection stands still"
+
+
+def test_f12_in_a_window_gives_the_same_picture(blender: Blender, folder: Path, scene: Path, still: Path) -> None:
+    picture = folder / "window.png"
+    blender(scene, "--python", HERE / "f12.py", "--", picture, command=XVFB_BLENDER)
+    assert worst(read(picture), read(still)) <= STEP
