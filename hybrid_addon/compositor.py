@@ -1,0 +1,55 @@
+"""Putting the two halves of the picture together: arrays in, arrays out.
+
+Pictures are (height, width, 4) float32, scene-linear, with associated alpha; masks are (height, width) float32, 0..1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .scene import Float32
+
+
+def premultiply(radiance: Float32, mask: Float32) -> Float32:
+    """The traced layer: radiance (h, w, 3) that covers `mask` of each pixel, alpha = mask.
+
+    Where the mask is 0 the layer is exactly 0, whatever the radiance there (0 times infinity is no colour).
+    """
+    _same_size(radiance, mask)
+    picture = np.zeros((*mask.shape, 4), np.float32)
+    covered = mask != 0
+    picture[covered, :3] = radiance[covered] * mask[covered, None]
+    picture[..., 3] = mask
+    return picture
+
+
+def add(raster: Float32, traced: Float32) -> Float32:
+    """The composite of a raster whose flagged objects are held out and the traced layer that fills the hole.
+
+    Both are premultiplied by complementary coverages, so a sum is exact at edges (Porter & Duff 1984, "plus").
+    """
+    _same_size(raster, traced)
+    return np.asarray(raster + traced, np.float32)
+
+
+def over(front: Float32, back: Float32) -> Float32:
+    """`front` over `back` (Porter & Duff 1984): for layers whose coverages know nothing of each other."""
+    _same_size(front, back)
+    return np.asarray(front + back * (1 - front[..., 3:4]), np.float32)
+
+
+def mask_from_alpha(mask_layer: Float32, user_layer: Float32 | None = None) -> Float32:
+    """Coverage of the held-out objects, from the alpha (h, w) of the layer in which they are held out.
+
+    Over an opaque film everything else has alpha 1: the mask is 1 - alpha. Over a transparent film (`user_layer`, the
+    alpha of the layer without holdouts, is given) the sky has alpha 0 too: the mask is what the holdout took away.
+    """
+    reference = np.float32(1) if user_layer is None else user_layer
+    if user_layer is not None:
+        _same_size(user_layer, mask_layer)
+    return np.clip(reference - mask_layer, 0, 1).astype(np.float32)
+
+
+def _same_size(a: Float32, b: Float32) -> None:
+    if a.shape[:2] != b.shape[:2]:
+        raise ValueError(f"compositor: pictures differ in size: {a.shape[:2]} and {b.shape[:2]}")
