@@ -66,6 +66,8 @@ class Objects:
 
     def _add_surface(self, b_instance: bpy.types.DepsgraphObjectInstance) -> None:
         b_object = b_instance.object
+        if not _has_faces(b_object.data):
+            return
         settings = instance_settings(b_instance)
         surfaces = self._surfaces_of(b_object, settings)
         mesh = self._mesh_of(b_object, surfaces)
@@ -132,6 +134,10 @@ def _is_hidden(b_instance: bpy.types.DepsgraphObjectInstance) -> bool:
     b_parent = b_instance.parent
     own = b_parent is None or b_parent.original == b_instance.object.original
     return own and b_instance.object.hide_render
+
+
+def _has_faces(b_mesh: bpy.types.Mesh) -> bool:
+    return b_mesh.is_editmode or len(b_mesh.polygons) > 0
 
 
 def _matrix(b_instance: bpy.types.DepsgraphObjectInstance) -> Float64:

@@ -1,0 +1,324 @@
+"""Node trees to surfaces: the numbers of each shader, the Custom rule, and links that are looked through."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+
+from hybrid_addon.blender.sync import Warnings
+from hybrid_addon.blender.sync.image import Images
+from hybrid_addon.blender.sync.material import Surfaces, customised, translate_material
+from hybrid_addon.blender.sync.settings import CustomSurface
+from hybrid_addon.blender.sync.shaders import blend, blend_is_exact, shares
+from hybrid_addon.scene import BLACK, WHITE, Surface
+
+pytestmark = pytest.mark.blender
+GOLD = (1.0, 0.75, 0.25)
+
+
+class Material:
+    """A material whose output is fed by the nodes that a test adds."""
+
+    def __init__(self):
+        self.b_material = bpy.data.materials.new("Stuff")
+        if bpy.app.version < (5, 0, 0):
+            self.b_material.use_nodes = True
+        self.tree = self.b_material.node_tree
+        self.tree.nodes.clear()
+        self.output = self.add("ShaderNodeOutputMaterial")
+        self.warn = Warnings()
+
+    def add(self, kind, **values):
+        b_node = self.tree.nodes.new(kind)
+        for name, value in values.items():
+            b_node.inputs[name.replace("_", " ")].default_value = value
+        return b_node
+
+    def link(self, b_output, b_input):
+        self.tree.links.new(b_output, b_input)
+
+    def shade(self, b_node):
+        self.link(b_node.outputs[0], self.output.inputs["Surface"])
+        return self.surface()
+
+    def surface(self):
+        return translate_material(self.b_material, Images(self.warn), self.warn)
+
+
+@pytest.fixture
+def material(scene):
+    return Material()
+
+
+def principled(material, **values):
+    return material.shade(material.add("ShaderNodeBsdfPrincipled", **values))
+
+
+def test_a_dielectric_is_opaque_with_its_fresnel_highlight(material):
+    surface = principled(material, Base_Color=(0.1, 0.2, 0.3, 1), IOR=1.5, Roughness=0.3)
+    assert surface.name == "Stuff"
+    assert surface.base_color == pytest.approx((0.1, 0.2, 0.3))
+    assert (surface.reflectivity, surface.opacity) == (0.0, 1.0)
+    assert surface.specular == pytest.approx((0.04, 0.04, 0.04), rel=1e-5)
+    assert surface.roughness == pytest.approx(0.3)
+    assert (surface.reflection_tint, surface.transmission_tint, surface.emission) == (WHITE, WHITE, BLACK)
+    assert list(material.warn) == []
+
+
+def test_specular_level_and_tint_scale_the_highlight(material):
+    surface = principled(material, IOR=1.5, Specular_IOR_Level=0.25, Specular_Tint=(1, 0.5, 0, 1))
+    assert surface.specular == pytest.approx((0.02, 0.01, 0.0), rel=1e-5)
+
+
+def test_a_metal_is_a_coloured_mirror(material):
+    surface = principled(material, Base_Color=(*GOLD, 1), Metallic=1.0, Roughness=0.0)
+    assert (surface.reflectivity, surface.reflection_tint) == (1.0, GOLD)
+    assert list(material.warn) == []
+    principled(material, Metallic=1.0, Roughness=0.5)
+    assert "roughness 0.5 is not traced" in next(iter(material.warn))
+
+
+def test_glass_tints_each_crossing_by_the_root_of_the_base_colour(material):
+    surface = principled(material, Base_Color=(0.25, 1, 0.64, 1), Transmission_Weight=1.0, IOR=1.33, Roughness=0.0)
+    assert (surface.reflectivity, surface.opacity) == (0.0, 0.0)
+    assert surface.ior == pytest.approx(1.33)
+    assert surface.transmission_tint == pytest.approx((0.5, 1.0, 0.8))
+    assert surface.reflection_tint == WHITE
+
+
+def test_alpha_lets_light_straight_through(material):
+    surface = principled(material, Alpha=0.25, Emission_Color=(1, 1, 1, 1), Emission_Strength=8.0)
+    assert shares(surface) == pytest.approx((0.0, 0.25, 0.75))
+    assert surface.ior == 1.0
+    assert surface.transmission_tint == WHITE
+    assert surface.emission == pytest.approx((2, 2, 2))
+
+
+def test_alpha_metal_and_transmission_share_the_light_out(material):
+    surface = principled(material, Alpha=0.5, Metallic=0.5, Base_Color=(*GOLD, 1), Roughness=0.0)
+    assert shares(surface) == pytest.approx((0.25, 0.25, 0.5))
+    surface = principled(material, Metallic=0.5, Transmission_Weight=0.5, Roughness=0.0)
+    assert shares(surface) == pytest.approx((0.5, 0.25, 0.25))
+    assert list(material.warn) == []
+    surface = principled(material, Alpha=0.75, Transmission_Weight=1.0, Roughness=0.0, IOR=1.7)
+    assert shares(surface) == pytest.approx((0.0, 0.0, 1.0))
+    assert surface.ior == pytest.approx(1.7)
+    assert "alpha and transmission" in next(iter(material.warn))
+
+
+def test_emission_is_colour_times_strength(material):
+    surface = material.shade(material.add("ShaderNodeEmission", Color=(1, 0.5, 0.25, 1), Strength=4.0))
+    assert surface.emission == pytest.approx((4, 2, 1))
+    assert surface.base_color == BLACK
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [
+        ("ShaderNodeBsdfGlass", {"shares": (0, 0, 1), "transmission_tint": GOLD, "ior": 1.6}),
+        ("ShaderNodeBsdfRefraction", {"shares": (0, 0, 1), "transmission_tint": GOLD, "ior": 1.6}),
+        ("ShaderNodeBsdfTransparent", {"shares": (0, 0, 1), "transmission_tint": GOLD, "ior": 1.0}),
+        ("ShaderNodeBsdfAnisotropic", {"shares": (1, 0, 0), "reflection_tint": GOLD}),
+        ("ShaderNodeBsdfDiffuse", {"shares": (0, 1, 0), "base_color": GOLD, "specular": BLACK}),
+        ("ShaderNodeBsdfTranslucent", {"shares": (0, 1, 0), "base_color": GOLD}),
+        ("ShaderNodeHoldout", {"shares": (0, 1, 0), "base_color": BLACK}),
+    ],
+)
+def test_the_other_shaders(material, kind, expected):
+    b_node = material.add(kind)
+    for name, value in (("Color", (*GOLD, 1)), ("IOR", 1.6), ("Roughness", 0.0)):
+        if name in b_node.inputs:
+            b_node.inputs[name].default_value = value
+    surface = material.shade(b_node)
+    assert shares(surface) == expected.pop("shares")
+    for name, value in expected.items():
+        assert getattr(surface, name) == pytest.approx(value), name
+    in_words = {"ShaderNodeBsdfRefraction", "ShaderNodeBsdfTranslucent", "ShaderNodeHoldout"}
+    assert bool(list(material.warn)) is (kind in in_words)
+
+
+def test_an_unknown_shader_is_grey_and_named(material):
+    surface = material.shade(material.add("ShaderNodeVolumeAbsorption"))
+    assert surface.base_color == (0.8, 0.8, 0.8)
+    assert "material 'Stuff': node 'Volume Absorption'" in next(iter(material.warn))
+
+
+def test_nothing_linked_is_black(material):
+    assert material.surface().base_color == BLACK
+    material.tree.nodes.clear()
+    assert material.surface().base_color == BLACK
+    assert "no active output" in next(iter(material.warn))
+
+
+# ------------------------------------------------------------------------------------------------ mixing
+
+
+def mixed(material, first, second, factor):
+    b_mix = material.add("ShaderNodeMixShader")
+    b_mix.inputs[0].default_value = factor
+    material.link(first.outputs[0], b_mix.inputs[1])
+    material.link(second.outputs[0], b_mix.inputs[2])
+    return material.shade(b_mix)
+
+
+def test_transparent_mixed_with_diffuse_is_exact(material):
+    clear = material.add("ShaderNodeBsdfTransparent", Color=(0.5, 1, 1, 1))
+    surface = mixed(material, clear, material.add("ShaderNodeBsdfDiffuse", Color=(*GOLD, 1)), 0.25)
+    assert shares(surface) == pytest.approx((0.0, 0.25, 0.75))
+    assert surface.base_color == pytest.approx(GOLD)
+    assert surface.transmission_tint == pytest.approx((0.5, 1, 1))
+    assert surface.ior == 1.0
+    assert list(material.warn) == []
+
+
+@pytest.mark.parametrize(("factor", "expected"), [(0.0, 1.0), (1.0, 0.0)])
+def test_a_factor_of_0_or_1_takes_one_side(material, factor, expected):
+    glossy = material.add("ShaderNodeBsdfAnisotropic", Roughness=0.0)
+    assert mixed(material, glossy, material.add("ShaderNodeBsdfDiffuse"), factor).reflectivity == expected
+
+
+def test_two_glasses_are_averaged_with_a_warning(material):
+    thin = material.add("ShaderNodeBsdfGlass", IOR=1.2, Roughness=0.0)
+    surface = mixed(material, thin, material.add("ShaderNodeBsdfGlass", IOR=1.8, Roughness=0.0), 0.75)
+    assert surface.ior == pytest.approx(1.8)
+    assert "approximated by one average surface" in next(iter(material.warn))
+
+
+def test_blending_conserves_light():
+    first = Surface(reflectivity=0.3, opacity=0.2, base_color=(1, 0, 0))
+    second = Surface(reflectivity=0.1, opacity=0.9, base_color=(0, 1, 0))
+    blended = blend(first, second, 0.4)
+    expected = [0.6 * a + 0.4 * b for a, b in zip(shares(first), shares(second), strict=True)]
+    assert shares(blended) == pytest.approx(expected)
+    light = blended.base_color[0] * shares(blended)[1]
+    assert light == pytest.approx(0.6 * shares(first)[1])  # the red share of the local light
+    assert shares(blend(first, second, 0.0)) == pytest.approx(shares(first))
+
+
+def test_exactness_is_judged_by_what_both_have():
+    assert blend_is_exact(Surface(base_color=(1, 0, 0)), Surface(base_color=(0, 1, 0)))
+    assert not blend_is_exact(Surface(specular=WHITE, roughness=0.1), Surface(specular=WHITE, roughness=0.9))
+    assert not blend_is_exact(Surface(opacity=0.0, ior=1.0), Surface(opacity=0.0, ior=1.5))
+    mirror = Surface(reflectivity=1.0, reflection_tint=(1, 0, 0))
+    assert not blend_is_exact(mirror, Surface(reflectivity=0.5))
+    assert blend_is_exact(mirror, Surface(base_color=(1, 0, 0)))
+
+
+def test_emission_adds_to_another_shader(material):
+    b_add = material.add("ShaderNodeAddShader")
+    material.link(material.add("ShaderNodeEmission", Strength=2.0).outputs[0], b_add.inputs[0])
+    material.link(material.add("ShaderNodeBsdfGlass", IOR=1.4, Roughness=0.0).outputs[0], b_add.inputs[1])
+    surface = material.shade(b_add)
+    assert surface.emission == pytest.approx((2, 2, 2))
+    assert shares(surface) == (0, 0, 1)
+    assert list(material.warn) == []
+
+
+# ------------------------------------------------------------------------------------------------ links
+
+
+def test_value_and_colour_nodes_reroutes_and_mutes_are_looked_through(material):
+    b_node = material.add("ShaderNodeBsdfPrincipled", Roughness=0.1)
+    b_value, b_rgb, b_reroute = (material.add(kind) for kind in ("ShaderNodeValue", "ShaderNodeRGB", "NodeReroute"))
+    b_value.outputs[0].default_value, b_rgb.outputs[0].default_value = 0.75, (*GOLD, 1)
+    b_invert = material.add("ShaderNodeInvert")
+    b_invert.mute = True
+    material.link(b_value.outputs[0], b_node.inputs["Metallic"])
+    material.link(b_rgb.outputs[0], b_invert.inputs["Color"])
+    material.link(b_invert.outputs[0], b_reroute.inputs[0])
+    material.link(b_reroute.outputs[0], b_node.inputs["Base Color"])
+    surface = material.shade(b_node)
+    assert surface.reflectivity == 0.75
+    assert surface.base_color == GOLD
+    assert list(material.warn) == []
+
+
+def test_node_groups_are_looked_into_and_out_of(material):
+    b_group = bpy.data.node_groups.new("Paint", "ShaderNodeTree")
+    b_group.interface.new_socket("Shininess", in_out="INPUT", socket_type="NodeSocketFloat")
+    b_group.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+    b_in, b_out, b_inner = (
+        b_group.nodes.new(kind) for kind in ("NodeGroupInput", "NodeGroupOutput", "ShaderNodeBsdfPrincipled")
+    )
+    b_inner.inputs["Roughness"].default_value = 0.0
+    b_group.links.new(b_in.outputs[0], b_inner.inputs["Metallic"])
+    b_group.links.new(b_inner.outputs[0], b_out.inputs[0])
+    b_node = material.add("ShaderNodeGroup")
+    b_node.node_tree = b_group
+    b_node.inputs["Shininess"].default_value = 0.5
+    assert material.shade(b_node).reflectivity == 0.5  # the group node's own socket
+    b_value = material.add("ShaderNodeValue")
+    b_value.outputs[0].default_value = 0.875
+    material.link(b_value.outputs[0], b_node.inputs["Shininess"])
+    assert material.surface().reflectivity == 0.875  # what is linked to the group node
+    assert list(material.warn) == []
+
+
+def test_links_that_are_not_followed_are_named_and_the_default_is_used(material):
+    b_node = material.add("ShaderNodeBsdfPrincipled", Metallic=0.25, Roughness=0.1)
+    b_noise = material.add("ShaderNodeTexNoise")
+    b_noise.label = "Scratches"
+    material.link(b_noise.outputs[0], b_node.inputs["Metallic"])
+    assert material.shade(b_node).reflectivity == 0.25
+    assert list(material.warn) == [
+        "material 'Stuff': 'Metallic' of node 'Principled BSDF' is linked to 'Scratches', which is not followed; "
+        "0.25 is used"
+    ]
+
+
+def test_layers_normals_volume_and_displacement_are_warned_of(material):
+    b_node = material.add("ShaderNodeBsdfPrincipled", Coat_Weight=0.5)
+    material.link(material.add("ShaderNodeBump").outputs[0], b_node.inputs["Normal"])
+    material.link(material.add("ShaderNodeVolumeAbsorption").outputs[0], material.output.inputs["Volume"])
+    material.link(material.add("ShaderNodeDisplacement").outputs[0], material.output.inputs["Displacement"])
+    material.shade(b_node)
+    text = "\n".join(material.warn)
+    for word in ("'Coat Weight'", "'Normal'", "its volume", "displacement"):
+        assert word in text
+
+
+def test_a_shader_tree_in_a_loop_ends(material):
+    first, second = material.add("NodeReroute"), material.add("NodeReroute")
+    material.link(first.outputs[0], second.inputs[0])
+    material.link(second.outputs[0], first.inputs[0])
+    material.link(second.outputs[0], material.output.inputs["Surface"])
+    assert material.surface().base_color == BLACK
+
+
+# ------------------------------------------------------------------------------------------------ Custom
+
+
+def test_a_grey_object_becomes_a_lossless_mirror_or_clear_glass(material):
+    grey = principled(material)
+    mirror = customised(grey, CustomSurface(1.0, 1.0, 1.5))
+    assert (mirror.reflectivity, mirror.reflection_tint) == (1.0, WHITE)
+    glass = customised(grey, CustomSurface(0.0, 0.0, 1.5))
+    assert shares(glass) == (0, 0, 1)
+    assert (glass.transmission_tint, glass.ior) == (WHITE, 1.5)
+    assert glass.base_color == grey.base_color
+
+
+def test_gold_stays_gold_and_green_glass_stays_green(material):
+    gold = principled(material, Base_Color=(*GOLD, 1), Metallic=1.0, Roughness=0.0)
+    assert customised(gold, CustomSurface(0.5, 1.0, 1.5)).reflection_tint == GOLD
+    green = principled(material, Base_Color=(0.04, 0.81, 0.04, 1), Transmission_Weight=1.0, Roughness=0.0)
+    assert customised(green, CustomSurface(0.0, 0.5, 1.0)).transmission_tint == pytest.approx((0.2, 0.9, 0.2))
+
+
+def test_each_pair_of_material_and_settings_is_one_surface(material):
+    warn = Warnings()
+    surfaces = Surfaces(Images(warn), warn)
+    custom = CustomSurface(1.0, 1.0, 1.5)
+    pairs = [(material.b_material, None), (material.b_material, custom), (None, None), (None, custom)]
+    assert [surfaces.index_of(*pair) for pair in pairs + pairs] == [0, 1, 2, 3] * 2
+    assert [surface.reflectivity for surface in surfaces.surfaces] == [0, 1, 0, 1]
+
+
+@pytest.mark.skipif(bpy.app.version >= (5, 0, 0), reason="the switch is gone from Blender 5 on")
+def test_without_nodes_the_viewport_values_count(material):
+    material.b_material.use_nodes = False
+    material.b_material.diffuse_color, material.b_material.metallic = (*GOLD, 1), 1.0
+    surface = material.surface()
+    assert (surface.reflectivity, surface.reflection_tint) == (1.0, GOLD)
+    assert np.isclose(surface.specular[0], 0.08 * material.b_material.specular_intensity)
