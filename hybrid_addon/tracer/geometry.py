@@ -298,7 +298,10 @@ def _assemble(mesh: _Triangles, center: Float64, spheres: Sequence[Sphere], plan
     analytic: list[Sphere | Plane] = [*spheres, *planes]
     flags = np.concatenate([mesh.flags, np.array([_flags(a) for a in analytic], np.bool_).reshape(-1, 4).T], axis=1)
     facets = np.concatenate([mesh.facets, np.zeros((ns, 4)), np.concatenate([normal, distance[:, None]], axis=1)])
-    extent = np.concatenate([np.abs(sphere_center).max(1, initial=0) + sphere_radius, np.abs(distance)])
+    sphere_extent = np.abs(sphere_center).max(1, initial=0) + sphere_radius
+    # A plane is as large as what stands on it: one through the very centre must not lose its scale.
+    scale = max(np.max(mesh.extent, initial=0.0), np.max(sphere_extent, initial=0.0))
+    extent = np.concatenate([sphere_extent, np.maximum(np.abs(distance), scale)])
     return Geometry(
         center=center,
         vertices=mesh.vertices,

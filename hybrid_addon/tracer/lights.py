@@ -42,13 +42,11 @@ class Illumination:
     """Unshadowed light on n points; the colour of the light is left out.
 
     wi         : (3, n) float32 unit directions to the light.
-    distance   : (n,) float32, inf for a sun.
     diffuse    : (n,) float32, irradiance on the shading normal (cosine included), >= 0.
     specular   : (n,) float32, irradiance on a plane facing the light, for the highlight, >= 0.
     """
 
     wi: Array
-    distance: Array
     diffuse: Array
     specular: Array
 
@@ -83,21 +81,34 @@ def illuminate(compiled: CompiledLight, point: Float32, normal: Float32, least_d
     return _illuminate_point(light, compiled, point, normal, least_distance)
 
 
+def shadow_rays(compiled: CompiledLight, origin: Float32) -> tuple[Float32, Float32]:
+    """Unit directions (3, n) from origins (3, n) to the light and distances (n,): hard shadows, towards its centre.
+
+    Soft shadows would aim at a stratified sample on the light instead, and average the visibilities.
+    """
+    if isinstance(compiled.light, SunLight):
+        n = origin.shape[1]
+        return np.broadcast_to(compiled.position, (3, n)), np.full(n, np.inf, np.float32)
+    wi = compiled.position - origin
+    distance = np.sqrt(dot(wi, wi))
+    wi *= 1 / distance
+    return wi, distance
+
+
 def _illuminate_sun(compiled: CompiledLight, normal: Float32) -> Illumination:
     n = normal.shape[1]
     wi = np.broadcast_to(compiled.position, (3, n))
     cosine = np.maximum(dot(compiled.position, normal), np.float32(0))
     facing = (cosine > 0).astype(np.float32)
-    return Illumination(wi, np.full(n, np.inf, np.float32), cosine, facing)
+    return Illumination(wi, cosine, facing)
 
 
-def _towards(compiled: CompiledLight, point: Float32, least_distance: Float32) -> tuple[Float32, Float32, Float32]:
-    """Unit directions to the light, squared distances and distances, none of them 0."""
+def _towards(compiled: CompiledLight, point: Float32, least_distance: Float32) -> tuple[Float32, Float32]:
+    """Unit directions to the light and squared distances, none of them 0."""
     wi = compiled.position - point
     d2 = np.maximum(dot(wi, wi), least_distance * least_distance)
-    distance = np.sqrt(d2)
-    wi *= 1 / distance
-    return wi, d2, distance
+    wi *= 1 / np.sqrt(d2)
+    return wi, d2
 
 
 def _window(d2: Float32, reach: float) -> Float32:
@@ -114,7 +125,7 @@ def _illuminate_point(
 
     Without soft falloff the light is a ball: inside it d counts as r.
     """
-    wi, d2, distance = _towards(compiled, point, least_distance)
+    wi, d2 = _towards(compiled, point, least_distance)
     r2 = np.float32(light.radius * light.radius)
     received = 1 / (d2 + r2) if light.soft_falloff else 1 / np.maximum(d2, r2)
     if np.isfinite(light.range):
@@ -123,7 +134,7 @@ def _illuminate_point(
         received *= spot_factor(light, point - compiled.position)
     cosine = np.maximum(dot(wi, normal), np.float32(0))
     received = received * (cosine > 0)
-    return Illumination(wi, distance, received * cosine, received)
+    return Illumination(wi, received * cosine, received)
 
 
 def spot_factor(light: SpotLight, offset: Float32) -> Float32:
@@ -150,7 +161,7 @@ def _illuminate_area(
     area = 4 * float(np.sqrt((np.cross(u, v) ** 2).sum()))
     if light.shape == "ELLIPSE":
         u, v, area = u * np.sqrt(np.pi) / 2, v * np.sqrt(np.pi) / 2, area * np.pi / 4
-    wi, d2, distance = _towards(compiled, point, least_distance)
+    wi, d2 = _towards(compiled, point, least_distance)
     shines = np.array(light.direction, np.float32)[:, None]
     front = np.maximum(-dot(shines, wi), np.float32(0))
     specular = np.float32(area) * front / (d2 + np.float32(area / (2 * np.pi)))
@@ -166,7 +177,7 @@ def _illuminate_area(
         window = _window(d2, light.range)
         specular *= window
         diffuse *= window
-    return Illumination(wi, distance, diffuse, specular)
+    return Illumination(wi, diffuse, specular)
 
 
 def form_factor(corners: list[Float32], normal: Float32) -> Float32:

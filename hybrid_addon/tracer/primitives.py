@@ -166,10 +166,11 @@ class PrimitiveSet:
             blocked = self._triangles.occluded(origin, direction, t_max)
         g = self.geometry
         for sphere in self._spheres:
-            blocked |= sphere_distance(g.sphere_center[sphere], g.sphere_radius[sphere], origin, direction) <= t_max
+            # Strictly: a miss is at infinity, where a sun is too.
+            blocked |= sphere_distance(g.sphere_center[sphere], g.sphere_radius[sphere], origin, direction) < t_max
         for plane in self._planes:
             t, _ = plane_distance(g.facets[plane][:, None], origin, direction)
-            blocked |= (t > 0) & (t <= t_max)
+            blocked |= (t > 0) & (t < t_max)
         return blocked
 
 

@@ -61,8 +61,7 @@ def keep_outside(w: Float32, n_geometric: Float32, wo: Float32) -> Float32:
     lift = least - dot(w, n_geometric)
     if not (lift > 0).any():
         return w
-    result: Float32 = np.where(lift > 0, normalize(w + n_geometric * lift), w)
-    return result
+    return np.where(lift > 0, normalize(w + n_geometric * lift), w).astype(np.float32, copy=False)
 
 
 def phong(cos_h: Float32, cos_i: Float32, cos_o: Float32, wo_h: Float32, exponent: Float32) -> Float32:
@@ -77,13 +76,12 @@ def phong(cos_h: Float32, cos_i: Float32, cos_o: Float32, wo_h: Float32, exponen
     """
     d = (exponent + 2) * np.float32(1 / (2 * np.pi)) * np.power(cos_h, exponent)
     valley = 2 * cos_h / wo_h
-    result: Array = d * np.float32(0.25) * np.minimum(1 / cos_o, valley * np.minimum(np.float32(1), cos_i / cos_o))
-    return result
+    visible = np.minimum(1 / cos_o, valley * np.minimum(np.float32(1), cos_i / cos_o))
+    return np.asarray(d * np.float32(0.25) * visible, np.float32)
 
 
 def schlick(f0: Float32, cos: Float32) -> Float32:
     """Schlick's 1994 Fresnel for a coloured reflectance at normal incidence: (3, n)."""
     m = np.clip(1 - cos, 0, 1)
     m2 = m * m
-    result: Float32 = f0 + (1 - f0) * (m2 * m2 * m)
-    return result
+    return np.asarray(f0 + (1 - f0) * (m2 * m2 * m), np.float32)

@@ -12,7 +12,7 @@ from .accel import traceable
 from .compiled import CompiledScene
 from .constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
 from .interaction import Interaction, base_color
-from .lights import CompiledLight, Illumination, illuminate
+from .lights import CompiledLight, Illumination, illuminate, shadow_rays
 from .primitives import PrimitiveSet
 from .rays import offset_origin, origin_offset
 from .scattering import fresnel_dielectric, phong, schlick
@@ -31,17 +31,24 @@ def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally) -> Floa
         radiance += color * table.ambient.take(hit.surface) * scene.world.irradiance_over_pi(hit.n_shading)
     if plan.diffuse or plan.specular:
         color *= table.diffuse.take(hit.surface) * INVERSE_PI
+        point = hit.point.astype(np.float32)
         for light in scene.lights:
-            _add_light(scene, hit, light, color, radiance, tally)
+            _add_light(scene, hit, point, light, color, radiance, tally)
     return radiance
 
 
 def _add_light(
-    scene: CompiledScene, hit: Interaction, light: CompiledLight, diffuse: Float32, radiance: Float32, tally: Tally
+    scene: CompiledScene,
+    hit: Interaction,
+    point: Float32,
+    light: CompiledLight,
+    diffuse: Float32,
+    radiance: Float32,
+    tally: Tally,
 ) -> None:
     """Add one light's share to radiance (3, n). diffuse: (3, n), albedo over pi with its weights."""
     # Work out what would arrive if nothing were in between.
-    lit = illuminate(light, hit.outer, hit.n_shading, hit.offset)
+    lit = illuminate(light, point, hit.n_shading, hit.offset)
     arriving = diffuse * (lit.diffuse * np.float32(light.light.diffuse))
     if scene.plan.specular and light.light.specular != 0:
         arriving += _highlight(scene, hit, lit) * np.float32(light.light.specular)
@@ -54,7 +61,7 @@ def _add_light(
     chosen *= light.color
     if light.light.cast_shadow and scene.plan.shadows:
         tally.add("shadow_not_needed", len(hit.prim) - chosen.shape[1])
-        chosen *= _visibility(scene, take(hit.outer, wanted), take(lit.wi, wanted), take(lit.distance, wanted), tally)
+        chosen *= _visibility(scene, light, take(hit.outer, wanted), tally)
     radiance[:, wanted] += chosen
 
 
@@ -82,8 +89,9 @@ def _highlight(scene: CompiledScene, hit: Interaction, lit: Illumination) -> Flo
     return result
 
 
-def _visibility(scene: CompiledScene, origin: Float32, wi: Float32, distance: Float32, tally: Tally) -> Float32:
-    """What share (3, n) of a light gets from its place, `distance` (n,) along wi, to the origins (3, n)."""
+def _visibility(scene: CompiledScene, light: CompiledLight, origin: Float32, tally: Tally) -> Float32:
+    """What share (3, n) of a light gets from its place to the origins (3, n)."""
+    wi, distance = shadow_rays(light, origin)
     visible = np.ones(wi.shape, np.float32)
     sound = traceable(origin, wi)
     tally.add("dropped", len(sound) - np.count_nonzero(sound))
