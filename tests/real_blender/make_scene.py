@@ -33,10 +33,10 @@ cube = add("Cube", (1.5, -1.5, 0.5), (0.8, 0.05, 0.05))
 for frame, x in ((1, 1.8), (3, 0.2)):
     cube.location.x = x
     cube.keyframe_insert("location", index=0, frame=frame)
-scene.camera.location, scene.camera.rotation_euler = (0, -7, 2.5), (1.35, 0, 0)
+scene.camera.location, scene.camera.rotation_euler = (0, -7, 2.5), (1.3, 0, 0)
 scene.frame_start, scene.frame_end = 1, 3
 scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 96, 64, 100
-scene.view_settings.view_transform = "Standard"
+scene.view_settings.view_transform, scene.render.dither_intensity = "Standard", 0.0
 scene.eevee.taa_render_samples = 4
 scene.hybrid.samples = 4
 hybrid.mark(ball, reflectivity=1.0)
