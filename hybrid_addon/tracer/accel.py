@@ -89,6 +89,7 @@ def traceable(origin: Float32, direction: Float32) -> NDArray[np.bool_]:
 
     The sum of squares is finite and positive exactly for usable directions; 0 * origin is 0 exactly for finite ones.
     """
-    length = direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]
-    zero = origin[0] * 0 + origin[1] * 0 + origin[2] * 0
-    return (length > 0) & (length < UNLIMITED) & (zero == 0)
+    with np.errstate(invalid="ignore", over="ignore"):
+        probe = (origin[0] + origin[1] + origin[2]) * 0
+        probe += direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]
+        return (probe > 0) & (probe < UNLIMITED)

@@ -7,6 +7,8 @@ value.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,18 +43,18 @@ def film_positions(
     salt = hash32(np.array([seed & 0xFFFFFFFF], np.uint32))
     key = hash32(ux ^ hash32(uy ^ salt))
     n = np.arange(first, first + count, dtype=np.uint32)
-    u = (key[:, None] + n * _R2_X).ravel() * 2.0**-32
-    v = (hash32(key ^ np.uint32(0x9E3779B9))[:, None] + n * _R2_Y).ravel() * 2.0**-32
+    # float32 is enough from here on: an offset of a pixel is good to 1e-7 of it.
+    u = (key[:, None] + n * _R2_X).ravel().astype(np.float32) * np.float32(2.0**-32)
+    v = (hash32(key ^ np.uint32(0x9E3779B9))[:, None] + n * _R2_Y).ravel().astype(np.float32) * np.float32(2.0**-32)
     dx, dy = gaussian_disk(u, v, radius)
     return np.repeat(x + 0.5, count) + dx, np.repeat(y + 0.5, count) + dy
 
 
-def gaussian_disk(u: Float64, v: Float64, radius: float) -> tuple[Float64, Float64]:
+def gaussian_disk(u: Float32, v: Float32, radius: float) -> tuple[Float32, Float32]:
     """Map the unit square to the truncated Gaussian: inverse radial CDF, r = sigma sqrt(-2 ln(1 - u K))."""
-    sigma = FILTER_SIGMA * radius
-    mass = 1 - np.exp(-0.5 / FILTER_SIGMA**2)
-    r = sigma * np.sqrt(-2 * np.log(1 - u * mass))
-    angle = 2 * np.pi * v
+    mass = np.float32(1 - math.exp(-0.5 / FILTER_SIGMA**2))
+    r = np.sqrt(np.log(1 - u * mass) * np.float32(-2 * (FILTER_SIGMA * radius) ** 2))
+    angle = v * np.float32(2 * math.pi)
     return r * np.cos(angle), r * np.sin(angle)
 
 

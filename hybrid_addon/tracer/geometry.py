@@ -31,7 +31,7 @@ class Geometry:
     normals: Float32 | None  # (nt, 9) shading normals of the three corners; None: nothing is smooth
     smooth: Bools  # (np,) shading normals differ from the geometric one
     uvs: Float32 | None  # (nt, 6) of the three corners; None: no texture needs them
-    surface: Int32  # (np,) index into the surface table
+    surface: NDArray[np.intp]  # (np,) index into the surface table (intp: `take` need not convert it)
     ray_traced: Bools  # (np,) flagged by the artist
     camera: Bools  # (np,) visibility for camera rays,
     shadow: Bools  # (np,) for shadow rays,
@@ -103,7 +103,8 @@ def _transform(points: Float64, matrices: Float64) -> Float64:
     """(n, 3) points through (k, 4, 4) matrices: (k, n, 3)."""
     m = matrices[:, :, :, None]
     x, y, z = points.T
-    return np.stack([m[:, i, 0] * x + m[:, i, 1] * y + m[:, i, 2] * z + m[:, i, 3] for i in range(3)], axis=-1)
+    with np.errstate(invalid="ignore", over="ignore"):  # vertices that are not finite are dropped later
+        return np.stack([m[:, i, 0] * x + m[:, i, 1] * y + m[:, i, 2] * z + m[:, i, 3] for i in range(3)], axis=-1)
 
 
 def _center(scene: Scene, batches: list[_Batch], spheres: Sequence[Sphere]) -> Float64:
@@ -311,7 +312,7 @@ def _assemble(mesh: _Triangles, center: Float64, spheres: Sequence[Sphere], plan
         normals=mesh.normals if mesh.smooth.any() else None,
         smooth=np.concatenate([mesh.smooth, np.zeros(len(analytic), bool)]),
         uvs=mesh.uvs,
-        surface=np.concatenate([mesh.surface, np.array([a.surface for a in analytic], np.int32)]),
+        surface=np.concatenate([mesh.surface, np.array([a.surface for a in analytic], np.int32)]).astype(np.intp),
         ray_traced=flags[0],
         camera=flags[1],
         shadow=flags[2],

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Float32, Float64, Int32
+from ..scene import Float32, Float64
 from .geometry import Geometry
 from .primitives import Hits, barycentrics
 from .rays import Rays, offset_origin, origin_offset
@@ -15,13 +15,15 @@ from .surfaces import SurfaceTable
 from .textures import sample_texture
 from .vectors import Index, dot, take
 
+Numbers = NDArray[np.intp]
+
 
 @dataclass(eq=False)
 class Interaction:
     """n hits, seen from where their rays come from: normals are turned to the side of `wo`.
 
-    prim        : (n,) int32
-    surface     : (n,) int32
+    prim        : (n,) intp
+    surface     : (n,) intp
     entering    : (n,) bool, the ray comes from the primitive's outer side
     point       : (3, n) float64, in the primitive's plane
     n_geometric : (3, n) float32
@@ -31,8 +33,8 @@ class Interaction:
     outer       : (3, n) float32, origin of new rays on the side of wo
     """
 
-    prim: Int32
-    surface: Int32
+    prim: Numbers
+    surface: Numbers
     entering: NDArray[np.bool_]
     point: Float64
     n_geometric: Float32
@@ -68,7 +70,7 @@ class Interaction:
 
 def interact(geometry: Geometry, hits: Hits, rays: Rays, chosen: Index) -> Interaction:
     """Recompute the hits `chosen` (none of them a miss) of a wave of rays."""
-    prim, t = take(hits.prim, chosen), take(hits.t, chosen)
+    prim, t = take(hits.prim, chosen).astype(np.intp), take(hits.t, chosen)
     normal, toward = take(hits.normal, chosen), take(hits.toward, chosen)
     direction = take(rays.direction, chosen)
     entering = toward < 0
@@ -91,7 +93,7 @@ def interact(geometry: Geometry, hits: Hits, rays: Rays, chosen: Index) -> Inter
 
 
 def _shading_normal(
-    geometry: Geometry, prim: Int32, point: Float64, n_geometric: Float32, entering: NDArray[np.bool_]
+    geometry: Geometry, prim: Numbers, point: Float64, n_geometric: Float32, entering: NDArray[np.bool_]
 ) -> Float32:
     """Interpolated normals (3, n) on the side of n_geometric; n_geometric itself where a triangle is flat."""
     if geometry.normals is None:
@@ -126,7 +128,7 @@ def base_color(geometry: Geometry, surfaces: SurfaceTable, hit: Interaction) -> 
     return color
 
 
-def _texture_coordinates(geometry: Geometry, prim: Int32, point: Float64) -> tuple[Float64, Float64]:
+def _texture_coordinates(geometry: Geometry, prim: Numbers, point: Float64) -> tuple[Float64, Float64]:
     """u, v (n,) from the UV map of triangles, longitude and latitude on spheres, metres on planes."""
     nt, ns = geometry.triangle_count, geometry.sphere_count
     u, v = np.zeros(len(prim)), np.zeros(len(prim))

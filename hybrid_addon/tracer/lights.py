@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..scene import AreaLight, Float32, Float64, Light, PointLight, SpotLight, SunLight
 from .constants import FAR_AREA_RATIO, SPOT_BLEND_FLOOR
-from .vectors import Array, cross, dot, matrix_times
+from .vectors import Array, count, cross, dot, matrix_times, select, take
 
 Bools = NDArray[np.bool_]
 
@@ -168,11 +168,11 @@ def _illuminate_area(
     cosine = np.maximum(dot(wi, normal), np.float32(0))
     diffuse = np.float32(area) * front * cosine / d2
     reach2 = FAR_AREA_RATIO**2 * float((u * u).sum() + (v * v).sum())
-    near = np.flatnonzero((d2 < reach2) & (front > 0))
-    if len(near):
+    near = select((d2 < reach2) & (front > 0))
+    if count(near, len(d2)):
         corners = [(su * u + sv * v).astype(np.float32)[:, None] for su, sv in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        toward = compiled.position - point[:, near]
-        diffuse[near] = np.pi * form_factor([toward + c for c in corners], normal[:, near])
+        toward = compiled.position - take(point, near)
+        diffuse[near] = np.float32(np.pi) * form_factor([toward + c for c in corners], take(normal, near))
     if np.isfinite(light.range):
         window = _window(d2, light.range)
         specular *= window

@@ -29,6 +29,9 @@ from .vectors import largest_component
 
 Bools = NDArray[np.bool_]
 
+SPARSE = 0.5
+"""Below this share of hits, compacting them first is faster than working on all rays; it changes no bit."""
+
 
 @dataclass(eq=False)
 class Hits:
@@ -85,10 +88,25 @@ class PrimitiveSet:
         if not self.triangle_count:
             n = len(prim)
             return Hits(prim, np.full(n, np.inf), np.zeros((3, n)), np.zeros(n))
+        found = np.flatnonzero(prim >= 0)
+        if len(found) < SPARSE * len(prim):
+            return self._refine_some(prim, origin, direction, found)
         facets = np.ascontiguousarray(self.geometry.facets.take(prim, axis=0, mode="wrap").T)
         t, toward = plane_distance(facets, origin, direction)
         t[prim < 0] = np.inf
         return Hits(prim, t, facets[:3], toward)
+
+    def _refine_some(self, prim: Int32, origin: Float32, direction: Float32, found: NDArray[np.intp]) -> Hits:
+        """The same where few rays hit anything: only these are worked on."""
+        n = len(prim)
+        hits = Hits(prim, np.full(n, np.inf), np.zeros((3, n)), np.zeros(n))
+        if len(found):
+            facets = np.ascontiguousarray(self.geometry.facets.take(prim[found], axis=0).T)
+            t, toward = plane_distance(facets, origin.take(found, axis=1), direction.take(found, axis=1))
+            hits.t[found], hits.toward[found] = t, toward
+            for i in range(3):
+                hits.normal[i, found] = facets[i]
+        return hits
 
     def _retrace(self, hits: Hits, origin: Float32, direction: Float32, tally: Tally) -> None:
         """Advance rays whose hit lies behind them (a rounding error of Embree) and trace them again.
@@ -174,7 +192,9 @@ class PrimitiveSet:
         return blocked
 
 
-def barycentrics(geometry: Geometry, prim: Int32, point: Float64, clamp: bool = True) -> tuple[Float64, Float64]:
+def barycentrics(
+    geometry: Geometry, prim: NDArray[np.integer], point: Float64, clamp: bool = True
+) -> tuple[Float64, Float64]:
     """Weights (u, v) (n,) of the second and third corner of triangles `prim` at points (3, n), in float64."""
     corners = geometry.vertices.take(geometry.triangles.take(prim, axis=0).T, axis=0).astype(np.float64)
     v0, e1, e2 = corners[0].T, (corners[1] - corners[0]).T, (corners[2] - corners[0]).T

@@ -13,11 +13,10 @@ from .compiled import CompiledScene
 from .constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
 from .interaction import Interaction, base_color
 from .lights import CompiledLight, Illumination, illuminate, shadow_rays
-from .primitives import PrimitiveSet
 from .rays import offset_origin, origin_offset
 from .scattering import fresnel_dielectric, phong, schlick
 from .tally import Tally
-from .vectors import dot, normalize, select, take
+from .vectors import Array, count, dot, normalize, select, take
 
 INVERSE_PI = np.float32(1 / np.pi)
 
@@ -62,7 +61,11 @@ def _add_light(
     if light.light.cast_shadow and scene.plan.shadows:
         tally.add("shadow_not_needed", len(hit.prim) - chosen.shape[1])
         chosen *= _visibility(scene, light, take(hit.outer, wanted), tally)
-    radiance[:, wanted] += chosen
+    if isinstance(wanted, slice):
+        radiance += chosen
+    else:
+        for i in range(3):
+            radiance[i, wanted] += chosen[i]
 
 
 def _highlight(scene: CompiledScene, hit: Interaction, lit: Illumination) -> Float32:
@@ -85,57 +88,58 @@ def _highlight(scene: CompiledScene, hit: Interaction, lit: Illumination) -> Flo
     )
     lobe *= take(lit.specular, shiny)
     lobe *= faces
-    result[:, shiny] = schlick(table.specular.take(surface, axis=1), wo_h) * lobe
+    highlight = schlick(table.specular.take(surface, axis=1), wo_h) * lobe
+    for i in range(3):
+        result[i, shiny] = highlight[i]
     return result
 
 
-def _visibility(scene: CompiledScene, light: CompiledLight, origin: Float32, tally: Tally) -> Float32:
-    """What share (3, n) of a light gets from its place to the origins (3, n)."""
+def _visibility(scene: CompiledScene, light: CompiledLight, origin: Float32, tally: Tally) -> Array:
+    """What share, (n,) or (3, n), of a light gets from its place to the origins (3, n)."""
     wi, distance = shadow_rays(light, origin)
-    visible = np.ones(wi.shape, np.float32)
-    sound = traceable(origin, wi)
-    tally.add("dropped", len(sound) - np.count_nonzero(sound))
-    t_max = np.where(sound, distance * np.float32(SHADOW_REACH), np.float32(0))
+    t_max = distance * np.float32(SHADOW_REACH)
+    is_open = traceable(origin, wi)
+    sound = select(is_open)
+    tally.add("dropped", len(is_open) - count(sound, len(is_open)))
     if len(scene.shadow_opaque):
-        open_rays = select(sound)
-        o, d, t = take(origin, open_rays), take(wi, open_rays), take(t_max, open_rays)
+        o, d, t = take(origin, sound), take(wi, sound), take(t_max, sound)
         tally.add("shadow", o.shape[1])
-        sound[open_rays] &= ~scene.shadow_opaque.occluded(o, d, t, tally)
-    visible *= sound
-    if len(scene.shadow_tinted):
-        open_rays = np.flatnonzero(sound)
-        visible[:, open_rays] *= _transmittance(
-            scene, scene.shadow_tinted, origin[:, open_rays], wi[:, open_rays], t_max[open_rays], tally
-        )
+        is_open[sound] = ~scene.shadow_opaque.occluded(o, d, t, tally)
+    if not len(scene.shadow_tinted):
+        return is_open
+    remaining = select(is_open)
+    passed = _transmittance(scene, take(origin, remaining), take(wi, remaining), take(t_max, remaining), tally)
+    if isinstance(remaining, slice):
+        return passed
+    visible = np.zeros(origin.shape, np.float32)
+    for i in range(3):
+        visible[i, remaining] = passed[i]
     return visible
 
 
-def _transmittance(
-    scene: CompiledScene, blockers: PrimitiveSet, origin: Float32, wi: Float32, t_max: Float32, tally: Tally
-) -> Float32:
+def _transmittance(scene: CompiledScene, origin: Float32, wi: Float32, t_max: Float32, tally: Tally) -> Float32:
     """Product (3, n) over the non-opaque surfaces on straight shadow rays of (1-r)(1-o)(1-F) transmission_tint.
 
     The ray is not bent, so at both faces of a solid its angle is that in the outer medium, and F is taken from there.
     """
     table, geometry = scene.surfaces, scene.geometry
     result = np.ones(wi.shape, np.float32)
-    active = np.arange(wi.shape[1])
+    active, d = np.arange(wi.shape[1]), wi
     travelled = np.zeros(wi.shape[1])
     for _ in range(MAX_SHADOW_CROSSINGS):
-        d = wi[:, active]
         tally.add("shadow", len(active))
-        hits = blockers.nearest(origin, d, tally)
-        crossed = np.flatnonzero((hits.prim >= 0) & (travelled + hits.t < t_max[active]))
+        hits = scene.shadow_tinted.nearest(origin, d, tally)
+        crossed = np.flatnonzero(travelled + hits.t < t_max.take(active))
         if len(crossed) == 0:
             return result
-        active, d, prim, t = active[crossed], d[:, crossed], hits.prim[crossed], hits.t[crossed]
-        normal, toward = hits.normal[:, crossed], hits.toward[crossed]
+        active, d, prim, t = active[crossed], d.take(crossed, axis=1), hits.prim[crossed], hits.t[crossed]
+        normal, toward = hits.normal.take(crossed, axis=1), hits.toward[crossed]
         surface = geometry.surface.take(prim)
         passed = table.interface.take(surface) * (1 - fresnel_dielectric(np.abs(toward), table.ior.take(surface)))
         result[:, active] *= (table.tint.take(surface, axis=1) * passed).astype(np.float32)
         # Go on behind the surface, unless nothing is left.
         alive = np.flatnonzero((result[:, active] > 0).any(axis=0))
-        active, d, prim, t = active[alive], d[:, alive], prim[alive], t[alive]
+        active, d, prim, t = active[alive], d.take(alive, axis=1), prim[alive], t[alive]
         if len(active) == 0:
             return result
         onward = normal[:, alive] * np.sign(toward[alive])
