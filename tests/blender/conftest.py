@@ -18,12 +18,6 @@ def addon():
 
 @pytest.fixture
 def scene(addon):
-    """Blender's factory scene (cube, camera, light), tiny and quick to render."""
+    """Blender's factory scene (cube, camera, light)."""
     bpy.ops.wm.read_factory_settings()
-    return small(bpy.context.scene)
-
-
-def small(scene, width=64, height=48, samples=1):
-    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
-    scene.eevee.taa_render_samples = samples
-    return scene
+    return bpy.context.scene

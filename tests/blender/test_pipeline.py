@@ -28,7 +28,9 @@ def snapshot(scene):
         "render": (scene.render.use_compositing, scene.render.use_single_layer, scene.render.engine),
         "restore": scene.hybrid.restore,
         "worlds": len(bpy.data.worlds),
-        "excluded": [(v.name, c.name, c.exclude, c.holdout) for v in scene.view_layers for c in v.layer_collection.children],
+        "excluded": [
+            (v.name, c.name, c.exclude, c.holdout) for v in scene.view_layers for c in v.layer_collection.children
+        ],
         "selected": [o.name for o in scene.view_layers[0].objects if o.select_get()],
     }
 
