@@ -33,7 +33,9 @@ def frame_report(
     time : seconds by phase, {"raster": {"wall": s, "cpu": s}, ...}; the tracer's own phases come with the film.
     """
     traced = mask != 0
-    residual = film.residual[traced] if film is not None and traced.any() else np.zeros(1, dtype=np.float32)
+    residual: Float32 = np.zeros(1, np.float32)
+    if film is not None and traced.any():
+        residual = film.residual[traced]
     return {
         "schema": SCHEMA,
         "versions": {"python": ".".join(map(str, sys.version_info[:3])), "numpy": np.__version__, **versions},
@@ -48,8 +50,8 @@ def frame_report(
         "rays": dict(film.rays) if film else dict(EMPTY_RAYS),
         "skipped": [*map(dict, skipped), *(film.skipped if film else [])],
         "error": {
-            "bound_max": float(residual.max()),
-            "bound_mean": float(residual.mean(dtype=np.float64)),
+            "bound_max": float(np.max(residual)),
+            "bound_mean": float(np.mean(residual, dtype=np.float64)),
             "sampling": None,  # estimated by adaptive sampling only
         },
         "invariants": dict(film.invariants) if film else {},

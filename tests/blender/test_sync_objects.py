@@ -118,7 +118,8 @@ def test_modifiers_are_applied_and_give_the_object_a_mesh_of_its_own(scene):
 
 
 @pytest.mark.parametrize("flagged", ["Cube", "Instancer", None])
-def test_collection_instances_are_flagged_by_object_or_instancer(scene, flagged):
+def test_collection_instances_are_flagged_by_their_instancer(scene, flagged):
+    """As EEVEE holds them out: an instance takes the holdout of what instances it, not of the object shown."""
     b_empty = collection_instance(bpy.data.objects["Cube"])
     b_empty.location = (1, 2, 3)
     if flagged:
@@ -126,7 +127,8 @@ def test_collection_instances_are_flagged_by_object_or_instancer(scene, flagged)
         b_hybrid.ray_traced, b_hybrid.surface, b_hybrid.reflectivity = True, "CUSTOM", 0.75
     result = translation(scene)
     (instance,) = result.scene.instances
-    assert instance.ray_traced is bool(flagged)
+    assert instance.ray_traced is (flagged == "Instancer")
+    assert any("tick 'Instancer'" in warning for warning in result.warnings) is (flagged == "Cube")
     assert instance.matrix_world[:3, 3].tolist() == [1, 2, 3]
     assert result.scene.surfaces[instance.surfaces[0]].reflectivity == (0.75 if flagged else 0.0)
 
@@ -144,7 +146,7 @@ def test_geometry_nodes_instances_and_their_materials(scene):
     b_source = bpy.context.object
     b_source.hide_render = True  # hidden itself, shown where it is instanced
     b_source.data.materials.append(bpy.data.materials.new("Of Source"))
-    b_source.hybrid.ray_traced = True
+    b_cube.hybrid.ray_traced = True
     b_modifier = b_cube.modifiers.new("Scatter", "NODES")
     b_modifier.node_group = scatter_group("GeometryNodeObjectInfo", "Object", b_source)
     result = translation(scene)
@@ -188,6 +190,8 @@ def test_hidden_objects_and_hidden_instancers_do_not_arrive(scene):
     b_plane.show_instancer_for_render = b_plane.show_instancer_for_viewport = False
     assert instances(scene, "Plane") == []
     assert len(instances(scene, "Cube")) >= 4
+    b_plane.modifiers.new("Particles", "PARTICLE_SYSTEM")  # the depsgraph then lists the plane, with show_self off
+    assert instances(scene, "Plane") == []
     bpy.data.objects["Light"].hide_render = True
     assert translation(scene).counts["lights"] == 0
 

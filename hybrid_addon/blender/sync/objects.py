@@ -17,7 +17,7 @@ from .light import LightContext, translate_light
 from .material import Surfaces
 from .mesh import translate_mesh
 from .messages import Warnings
-from .settings import ObjectSettings, instance_settings
+from .settings import ObjectSettings, instance_settings, object_settings
 
 VISIBLE_BUT_NOT_TRACED = {
     "VOLUME": "volumes are",
@@ -74,6 +74,7 @@ class Objects:
         if mesh is None:
             return
         self._warn_of_holdout(b_object)
+        self._warn_of_instancer(b_instance, settings)
         self.instances.append(
             Instance(
                 name=b_object.name,
@@ -122,6 +123,11 @@ class Objects:
     def _warn_of_holdout(self, b_object: bpy.types.Object) -> None:
         if b_object.is_holdout:
             self._warn.add(f"object {b_object.name!r}: Holdout is not traced; it is solid in reflections")
+
+    def _warn_of_instancer(self, b_instance: bpy.types.DepsgraphObjectInstance, settings: ObjectSettings) -> None:
+        if object_settings(b_instance.object).ray_traced and not settings.ray_traced:
+            shown, by = b_instance.object.name, b_instance.parent.name
+            self._warn.add(f"object {shown!r}: shown by {by!r}, which is not ray traced: tick {by!r} instead")
 
     def _warn_of_strands(self, b_object: bpy.types.Object) -> None:
         for b_system in getattr(b_object, "particle_systems", ()):

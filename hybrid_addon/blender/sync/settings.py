@@ -25,12 +25,16 @@ class ObjectSettings:
 
 
 def instance_settings(b_instance: bpy.types.DepsgraphObjectInstance) -> ObjectSettings:
-    """Of the object itself if that is flagged, else of its instancer if that is, else of the object."""
+    """Of one appearance. Whether it is ray traced its instancer decides, as it decides what EEVEE holds out.
+
+    The surface is the object's own where it is flagged itself, else the instancer's.
+    """
     own = object_settings(b_instance.object)
-    if own.ray_traced or b_instance.parent is None:
+    if b_instance.parent is None:
         return own
     instancer = object_settings(b_instance.parent)
-    return instancer if instancer.ray_traced else own
+    custom = own.custom if own.ray_traced or not instancer.ray_traced else instancer.custom
+    return ObjectSettings(instancer.ray_traced, custom)
 
 
 def object_settings(b_object: bpy.types.Object) -> ObjectSettings:
