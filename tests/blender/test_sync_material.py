@@ -255,6 +255,40 @@ def test_node_groups_are_looked_into_and_out_of(material):
     assert list(material.warn) == []
 
 
+def test_groups_within_groups(material):
+    b_inner, b_outer = (bpy.data.node_groups.new(name, "ShaderNodeTree") for name in ("Inner", "Outer"))
+    for b_group in (b_inner, b_outer):
+        b_group.interface.new_socket("Value", in_out="INPUT", socket_type="NodeSocketFloat")
+        b_group.interface.new_socket("Value", in_out="OUTPUT", socket_type="NodeSocketFloat")
+    b_group.interface.new_socket("Other", in_out="OUTPUT", socket_type="NodeSocketFloat")
+    for b_group in (b_inner, b_outer):
+        b_in, b_out = b_group.nodes.new("NodeGroupInput"), b_group.nodes.new("NodeGroupOutput")
+        b_group.links.new(b_in.outputs[0], b_out.inputs[0])
+    b_nested = b_outer.nodes.new("ShaderNodeGroup")
+    b_nested.node_tree = b_inner
+    b_nested.inputs[0].default_value = 0.125
+    b_outer.links.new(b_in.outputs[0], b_nested.inputs[0])
+    b_outer.links.new(b_nested.outputs[0], b_out.inputs["Other"])
+    b_node = material.add("ShaderNodeGroup")
+    b_node.node_tree = b_outer
+    b_node.inputs[0].default_value = 0.375
+    b_shader = material.add("ShaderNodeBsdfPrincipled", Roughness=0.0)
+    material.link(b_node.outputs["Other"], b_shader.inputs["Metallic"])
+    assert material.shade(b_shader).reflectivity == 0.375
+
+
+def test_light_path_switches_show_what_the_camera_sees(material):
+    b_path, b_mix = material.add("ShaderNodeLightPath"), material.add("ShaderNodeMixShader")
+    glossy, diffuse = material.add("ShaderNodeBsdfAnisotropic", Roughness=0.0), material.add("ShaderNodeBsdfDiffuse")
+    material.link(glossy.outputs[0], b_mix.inputs[1])
+    material.link(diffuse.outputs[0], b_mix.inputs[2])
+    material.link(b_path.outputs["Is Shadow Ray"], b_mix.inputs[0])
+    assert material.shade(b_mix).reflectivity == 1.0
+    material.link(b_path.outputs["Is Camera Ray"], b_mix.inputs[0])
+    assert material.surface().reflectivity == 0.0
+    assert len(list(material.warn)) == 2
+
+
 def test_links_that_are_not_followed_are_named_and_the_default_is_used(material):
     b_node = material.add("ShaderNodeBsdfPrincipled", Metallic=0.25, Roughness=0.1)
     b_noise = material.add("ShaderNodeTexNoise")

@@ -93,13 +93,13 @@ def test_a_missing_uv_map_is_zero_and_warned_of(scene):
 def test_material_slots_follow_the_faces(scene):
     b_mesh = mesh_of([*QUAD, (0, 5, 0)], [(0, 1, 2, 3), (2, 4, 3)])
     assert translated(b_mesh).surface_slots is None
-    for _ in range(2):
+    for _ in range(4):
         b_mesh.materials.append(None)
-    b_mesh.polygons[1].material_index = 1
+    b_mesh.polygons[1].material_index = 3
     mesh = translated(b_mesh)
     assert mesh.surface_slots.dtype == np.int32
-    assert sorted(mesh.surface_slots.tolist()) == [0, 0, 1]
-    assert mesh.triangles[mesh.surface_slots == 1].max() == 4
+    assert sorted(mesh.surface_slots.tolist()) == [0, 0, 3]
+    assert mesh.triangles[mesh.surface_slots == 3].max() == 4
 
 
 def test_broken_vertices_stay_and_are_counted(scene):
