@@ -98,6 +98,16 @@ def test_an_area_light_without_area_is_left_out_by_name(scene):
     assert next(iter(warn)).startswith("light 'Lamp' has no area")
 
 
+@pytest.mark.parametrize(
+    ("kind", "matrix"),
+    [("SUN", Matrix.Diagonal((1, 1, 0, 1))), ("POINT", Matrix.Translation((float("nan"), 0, 0)))],
+)
+def test_a_light_that_is_nowhere_is_left_out_by_name(scene, kind, matrix):
+    warn = Warnings()
+    assert light(kind, matrix, warn=warn) is None
+    assert next(iter(warn)).startswith("light 'Lamp' is nowhere")
+
+
 def test_a_spots_cone_is_stretched_by_its_scale(scene):
     lamp = light("SPOT", Matrix.Diagonal((2, 1, 1, 1)), spot_size=PI / 2, spot_blend=0.3)
     assert type(lamp) is SpotLight

@@ -234,6 +234,17 @@ def test_value_and_colour_nodes_reroutes_and_mutes_are_looked_through(material):
     assert list(material.warn) == []
 
 
+@pytest.mark.parametrize(("fed", "expected"), [(2.5, 1.0), (-1.0, 0.0)])
+def test_numbers_that_a_socket_would_not_allow_are_clamped(material, fed, expected):
+    b_value, b_node = material.add("ShaderNodeValue"), material.add("ShaderNodeBsdfPrincipled")
+    b_value.outputs[0].default_value = fed
+    for name in ("Metallic", "Roughness", "IOR"):
+        material.link(b_value.outputs[0], b_node.inputs[name])
+    surface = material.shade(b_node)
+    assert (surface.reflectivity, surface.roughness) == (expected, expected)
+    assert surface.ior == (2.5 if fed > 0 else pytest.approx(1e-5))
+
+
 def test_node_groups_are_looked_into_and_out_of(material):
     b_group = bpy.data.node_groups.new("Paint", "ShaderNodeTree")
     b_group.interface.new_socket("Shininess", in_out="INPUT", socket_type="NodeSocketFloat")

@@ -36,9 +36,12 @@ class LightContext:
 def translate_light(
     b_object: bpy.types.Object, matrix_world: Float64, context: LightContext, warn: Warnings
 ) -> Light | None:
-    """One light at `matrix_world` (4, 4); None where EEVEE does not draw it either (an area light without area)."""
+    """One light at `matrix_world` (4, 4); None, and a warning, where it can shine nowhere."""
     b_light = b_object.data
     _warn_of_ignored(b_object, warn)
+    if not _is_placed(b_light, matrix_world):
+        warn.add(f"light {b_object.name!r} is nowhere (its matrix is singular or not finite) and gives no light")
+        return None
     if b_light.type == "AREA":
         return _area(b_object, matrix_world, context, warn)
     if b_light.type == "SUN":
@@ -172,6 +175,11 @@ def _is_round(b_light: bpy.types.Light) -> bool:
 
 def _shape_factor(b_light: bpy.types.Light) -> float:
     return math.pi / 4.0 if _is_round(b_light) else 1.0
+
+
+def _is_placed(b_light: bpy.types.Light, matrix_world: Float64) -> bool:
+    directed = b_light.type in ("SUN", "AREA")
+    return bool(np.isfinite(matrix_world).all() and (matrix_world[:3, 2].any() or not directed))
 
 
 def _axes_and_scale(matrix_world: Float64) -> tuple[Float64, Float64]:

@@ -20,6 +20,7 @@ from .texture import NodeReader, textured_color
 Shares = tuple[float, float, float]
 
 MAX_DEPTH = 32  # of Mix and Add Shaders below one another
+MIN_IOR = 1e-5  # Blender's own clamp
 SHARP_ROUGHNESS = 0.25  # above it a sharp mirror image looks wrong enough to be worth a warning
 NOT_FOLLOWED = (  # Principled inputs that change the picture when they are not 0, and that the tracer has not got
     "Coat Weight",
@@ -52,8 +53,8 @@ def surface_from(socket: Socket, reader: NodeReader, depth: int = 0) -> Surface:
 
 def _principled(node: Node, reader: NodeReader) -> Surface:
     base_color, texture = textured_color(reader, node, "Base Color")
-    metallic, alpha = reader.number(node, "Metallic"), reader.number(node, "Alpha")
-    transmission, ior = reader.number(node, "Transmission Weight"), reader.number(node, "IOR")
+    metallic, alpha = _unit(reader.number(node, "Metallic")), _unit(reader.number(node, "Alpha"))
+    transmission, ior = _unit(reader.number(node, "Transmission Weight")), _ior(node, reader)
     _warn_of_layers(node, reader)
     glass, straight = alpha * (1.0 - metallic) * transmission, 1.0 - alpha
     if glass > 0.0 and straight > 0.0:
@@ -92,7 +93,7 @@ def _glass(node: Node, reader: NodeReader) -> Surface:
         roughness=_roughness(node, reader, mirrors=True),
         reflection_tint=tint,
         transmission_tint=tint,
-        ior=reader.number(node, "IOR"),
+        ior=_ior(node, reader),
     )
 
 
@@ -163,7 +164,7 @@ SHADERS: dict[str, Callable[[Node, NodeReader], Surface]] = {
 
 
 def _mix(node: Node, reader: NodeReader, depth: int) -> Surface:
-    factor = min(max(reader.number(node, 0), 0.0), 1.0)
+    factor = _unit(reader.number(node, 0))
     if factor in (0.0, 1.0):
         return surface_from(node.input(1 + int(factor)), reader, depth)
     first, second = (surface_from(node.input(position), reader, depth) for position in (1, 2))
@@ -250,10 +251,19 @@ def _is_black(surface: Surface) -> bool:
 
 
 def _roughness(node: Node, reader: NodeReader, *, mirrors: bool) -> float:
-    roughness = reader.number(node, "Roughness")
+    roughness = _unit(reader.number(node, "Roughness"))
     if mirrors and roughness > SHARP_ROUGHNESS:
         reader.warn(f"node {node.name!r}: roughness {roughness:.2g} is not traced; it mirrors and refracts sharply")
     return roughness
+
+
+def _unit(value: float) -> float:
+    """Clamped to 0..1, as the shaders clamp: a Value node may feed a socket anything."""
+    return min(max(value, 0.0), 1.0)
+
+
+def _ior(node: Node, reader: NodeReader) -> float:
+    return max(reader.number(node, "IOR"), MIN_IOR)
 
 
 def _emitted(node: Node, reader: NodeReader, color: str, strength: str) -> RGB:
