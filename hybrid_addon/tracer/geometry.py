@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64, Instance, Int32, Plane, Scene, Sphere, TriangleMesh
 from .constants import EMBREE_LIMIT
+from .vectors import cross, dot
 
 Bools = NDArray[np.bool_]
 
@@ -200,15 +201,18 @@ def _surface_of_triangles(batch: _Batch) -> Int32:
 
 def _facets(points: Float32) -> tuple[Float64, Float32, Bools]:
     """Plane equations, extents and soundness of (n, 3 corners, 3) float32 triangles, in float64."""
-    p = points.astype(np.float64)
+    rows = np.ascontiguousarray(points.reshape(-1, 9).T)  # reductions along the first axis are the fast ones
+    p = rows.astype(np.float64)
+    facets = np.empty((len(points), 4))
     with np.errstate(all="ignore"):
-        extent = np.abs(points).max(axis=(1, 2))
-        normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-        length = np.sqrt((normal * normal).sum(1))
+        extent = np.abs(rows).max(axis=0)
+        normal = cross(p[3:6] - p[0:3], p[6:9] - p[0:3])
+        length = np.sqrt(dot(normal, normal))
         sound = (extent < EMBREE_LIMIT) & (length > 0)  # False for NaN
-        normal /= length[:, None]
-        distance = (normal * p[:, 0]).sum(1)
-    return np.concatenate([normal, distance[:, None]], axis=1), extent, sound
+        normal /= length
+        facets[:, :3] = normal.T
+        facets[:, 3] = dot(normal, p[0:3])
+    return facets, extent, sound
 
 
 def _corner_normals(local: Float32, matrices: Float64, sign: Float64, corners: Int32) -> Float32:
@@ -230,10 +234,9 @@ def _corner_normals(local: Float32, matrices: Float64, sign: Float64, corners: I
 
 def _is_smooth(normals: Float32, facets: Float64) -> Bools:
     """Triangles whose shading normal can differ from the geometric one, and whose normals are usable at all."""
-    n = normals.reshape(-1, 3, 3)
-    flat = (n == facets[:, None, :3].astype(np.float32)).all(axis=(1, 2))
-    usable = np.isfinite(n).all(axis=(1, 2))
-    return usable & ~flat
+    rows = np.ascontiguousarray(normals.T)
+    flat = (rows.reshape(3, 3, -1) == facets[:, :3].T.astype(np.float32)).all(axis=(0, 1))
+    return np.isfinite(rows).all(axis=0) & ~flat
 
 
 def _corner_uvs(mesh: TriangleMesh, corners: Int32, surface: Int32, uv_maps: Sequence[str | None]) -> Float32 | None:

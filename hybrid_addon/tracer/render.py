@@ -34,6 +34,9 @@ POLL_SECONDS = 0.1
 """How often the caller hears of progress, and may cancel."""
 
 
+SMALLEST_SHARE = 1 << 13
+"""Small pictures are split evenly over the threads, but not into fewer camera rays than pay for a wave's overhead."""
+
 DEFAULTS = Settings()
 
 
@@ -177,9 +180,10 @@ class _Frame:
 
     def _run(self, pixels: Pixels, work: _Pass, done: float, until: float) -> None:
         """Work through pixels in chunks; done .. until is this part of the progress."""
-        size = max(1, self.settings.chunk // work.count)
-        chunks: Iterator[Pixels] = (pixels[i : i + size] for i in range(0, len(pixels), size))
         threads = self.settings.threads or os.cpu_count() or 1
+        share = max(SMALLEST_SHARE, len(pixels) * work.count // (2 * threads))  # a small picture is for all threads
+        size = max(1, min(self.settings.chunk, share) // work.count)
+        chunks: Iterator[Pixels] = (pixels[i : i + size] for i in range(0, len(pixels), size))
         pending: set[Future[Tally]] = set()
         finished = 0
         with ThreadPoolExecutor(threads, thread_name_prefix="hybrid-tracer") as pool:

@@ -66,6 +66,15 @@ def test_full_mode_shows_all_and_the_world(build):
     np.testing.assert_array_equal(transparent.radiance[:, 7], np.broadcast_to([1, 2, 3], (16, 3)))
 
 
+def test_an_index_matched_surface_before_a_transparent_sky_covers_nothing(build):
+    tinted = replace(build.glass(1.0), opacity=0.25, base_color=(0, 0, 0))
+    for surface, coverage in ((build.glass(1.0), 0), (tinted, 0.25)):
+        s = build.scene((everything(build), surface), world=World((1, 1, 1)))
+        film = trace(s, replace(HYBRID, see="ALL", transparent=True))
+        np.testing.assert_array_equal(film.coverage, coverage)
+        np.testing.assert_array_equal(film.radiance, 0)
+
+
 # ------------------------------------------------------------------------------------------------ gaps in the mask
 
 
@@ -152,6 +161,28 @@ def test_secondary_visibility(build):
         world=World((0.5, 0.5, 0.5)),
     )
     np.testing.assert_array_equal(trace(s, HYBRID).radiance, 0.5)
+
+
+def test_camera_rays_stay_camera_rays_behind_an_index_matched_surface(build):
+    # What only camera rays see is seen through IOR 1, and what they do not see is not.
+    back, hider = everything(build, -2), everything(build, -1)
+    s = build.scene(
+        (everything(build), build.glass(1.0), FLAGGED),
+        (hider, build.emitter(9, 9, 9), {"ray_traced": False, "visibility": Visibility(camera=False)}),
+        (back, build.emitter(1, 2, 3), {"ray_traced": False, "visibility": Visibility(secondary=False)}),
+    )
+    np.testing.assert_array_equal(trace(s, HYBRID).radiance, np.broadcast_to([1, 2, 3], (16, 16, 3)))
+
+
+def test_a_pane_in_front_does_not_hide_what_is_behind_a_flagged_pane(build):
+    # Only the first hit of such a pixel is restricted to flagged geometry; behind it camera rays see all again.
+    s = build.scene(
+        (everything(build, 1), build.emitter(9, 9, 9), PLAIN),
+        (everything(build), build.glass(1.0), FLAGGED),
+        (everything(build, -1), build.emitter(1, 2, 3), PLAIN),
+    )
+    film = trace(s, HYBRID, mask=np.ones((16, 16), np.float32))
+    np.testing.assert_array_equal(film.radiance, np.broadcast_to([1, 2, 3], (16, 16, 3)))
 
 
 def test_clip_planes_limit_camera_rays_only(build):

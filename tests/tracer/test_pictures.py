@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hybrid_addon.scene import AreaLight, Plane, PointLight, Settings, Sphere, SunLight, Surface, World
+from hybrid_addon.scene import AreaLight, Plane, PointLight, Settings, Sphere, SunLight, Surface, Visibility, World
 from hybrid_addon.tracer import trace
 
 WHITE_WORLD = World((1.0, 1.0, 1.0))
@@ -68,8 +68,6 @@ def test_highlight_peaks_in_the_mirror_direction(build):
 
 def shadow_scene(build, surface, light, height=1.0):
     """A floor seen from above and, over its right half, a sheet that camera rays do not see."""
-    from hybrid_addon.scene import Visibility
-
     sheet = build.quad([(0, -9, height), (9, -9, height), (9, 9, height), (0, 9, height)], "sheet")
     return build.scene(
         (floor(build), build.matte((1, 1, 1))),
@@ -123,6 +121,28 @@ def test_a_light_may_cast_no_shadow(build):
     np.testing.assert_allclose(got, 1, rtol=1e-6)
 
 
+@pytest.mark.parametrize("gap", [0.0, 1e-3])
+def test_a_light_set_into_a_ceiling_lights_the_floor(build, gap):
+    # The shadow ray must end before the ceiling in which, or right before which, the light sits.
+    lamp = PointLight("p", (0.3, 0.2, 2 - gap), (3, 3, 3))
+    ceiling = build.quad([(-4, -4, 2), (-4, 4, 2), (4, 4, 2), (4, -4, 2)])
+    matte, hidden = build.matte(), {"visibility": Visibility(camera=False)}
+    alone = build.scene((floor(build), matte), lights=(lamp,))
+    roofed = build.scene((floor(build), matte), (ceiling, matte, hidden), lights=(lamp,))
+    np.testing.assert_allclose(picture(roofed).radiance, picture(alone).radiance, rtol=2e-6)
+
+
+def test_no_light_through_the_back_of_a_sheet_with_slanted_normals(build):
+    # The shading normals see the sun, the sheet itself does not; nothing else could cast the shadow.
+    corners = [(-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0)]
+    sheet = build.quad(corners, normals=np.float32([(0.8, 0, 0.6)] * 4))
+    sun = SunLight("sun", (1, 0, -0.1), (1, 1, 1))
+    s = build.scene((sheet, build.matte(), {"visibility": Visibility(shadow=False)}), lights=(sun,))
+    np.testing.assert_array_equal(picture(s).radiance, 0)
+    lit = replace(s, lights=(replace(sun, direction=(1, 0, 0.1)),))
+    assert (picture(lit).radiance > 0).all()
+
+
 def test_an_area_light_is_shadowed_too(build):
     area = AreaLight("a", (2, 0, 3), (0, 0, -1), (0.5, 0, 0), (0, 0.5, 0), (9, 9, 9))
     got = picture(shadow_scene(build, Surface(), area)).radiance
@@ -148,8 +168,6 @@ def test_a_planar_mirror_shows_the_mirrored_scene(build):
     glass = build.quad([(0, -9, -9), (0, -9, 9), (0, 9, 9), (0, 9, -9)], "mirror")  # in x = 0, facing -x
     cam = build.camera((-4, 0, 0.2), (0, 0, 0), (0, 0, 1), (48, 48), 0.4)
     # Camera rays see the mirror alone; what it shows is the scene seen by secondary rays.
-    from hybrid_addon.scene import Visibility
-
     hidden = [(m, s, {**(o[0] if o else {}), "visibility": Visibility(camera=False)}) for m, s, *o in things]
     reflected = picture(build.scene((glass, build.mirror()), *hidden, camera=cam, lights=lights), max_depth=1)
     flip = np.diag([-1.0, 1, 1, 1])

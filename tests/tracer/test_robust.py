@@ -186,6 +186,13 @@ def test_bad_normals_and_uvs_fall_back(build):
     np.testing.assert_array_equal(trace(lit(build, (zero, build.matte())), ALL).radiance, b)
 
 
+def test_normals_that_point_inward_are_not_believed(build):
+    ball = build.icosphere(2, 1, smooth=True)
+    inverted = replace(ball, normals=-ball.normals)
+    a = trace(lit(build, (inverted, build.matte())), ALL).radiance
+    np.testing.assert_array_equal(a, trace(lit(build, (build.icosphere(2), build.matte())), ALL).radiance)
+
+
 def test_smooth_and_flat_differ_as_they_should(build):
     flat = trace(lit(build, (build.icosphere(2), build.matte())), ALL).radiance
     smooth = trace(lit(build, (build.icosphere(2, 1, smooth=True), build.matte())), ALL).radiance
