@@ -109,6 +109,8 @@ def _mark(scene: bpy.types.Scene, arguments: argparse.Namespace) -> None:
     else:
         given = any(value is not None for value in values.values())
         chosen = [ob for ob in scene.objects if ob.hybrid.ray_traced] if given else []
+        if given and not chosen:
+            raise HybridError("no object is ray traced: name some with --ray-traced")
     for b_object in chosen:
         api.mark(b_object, **values)
 

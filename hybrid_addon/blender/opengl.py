@@ -17,17 +17,22 @@ _EGL_PLATFORM_SURFACELESS_MESA = 0x31DD  # eglext.h
 
 
 def require() -> None:
-    """Raise HybridError if EEVEE cannot render on this machine; always passes where there is a display."""
-    if not bpy.app.background or not sys.platform.startswith("linux"):
-        return
-    if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
-        return
-    problem = _egl_problem()
+    """Raise HybridError if EEVEE cannot render on this machine."""
+    problem = missing()
     if problem:
         raise HybridError(
             f"EEVEE needs OpenGL and {problem}: install a graphics driver or Mesa (Debian: apt install {_PACKAGES}), "
             "or use mode full, which needs none"
         )
+
+
+def missing() -> str:
+    """What keeps this machine from giving OpenGL; "" if nothing does, or if there is a display to give it."""
+    if not bpy.app.background or not sys.platform.startswith("linux"):
+        return ""
+    if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+        return ""
+    return _egl_problem()
 
 
 @functools.cache
