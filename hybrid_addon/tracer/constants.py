@@ -59,6 +59,9 @@ FAR_AREA_RATIO = 64.0
 FILTER_SIGMA = 0.284
 """EEVEE's Gaussian pixel filter: standard deviation over radius (eevee_film.cc)."""
 
+MAX_TEXTURE_COORDINATE = 2.0**31
+"""Beyond this a texture coordinate says nothing about a texel: (0, 0) is read, and integers do not overflow."""
+
 FILL_SAMPLES = 64
 """Extra camera rays for a masked pixel in which no sample met a flagged object."""
 

@@ -160,7 +160,7 @@ class _Frame:
         self._skip(
             "shadow rays", "more surfaces crossed than are followed: in shadow", counts["shadow_crossings_exhausted"]
         )
-        kinds = ("camera", "reflected", "refracted", "straight", "shadow", "dropped")
+        kinds = ("camera", "reflected", "refracted", "straight", "shadow", "shadow_steps", "dropped")
         invariants = ("self_hits", "barycentrics_out_of_range", "negative_radiance", "nan_pixels")
         return Film(
             radiance=radiance,

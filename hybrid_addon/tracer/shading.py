@@ -101,9 +101,9 @@ def _visibility(scene: CompiledScene, light: CompiledLight, origin: Float32, tal
     is_open = traceable(origin, wi)
     sound = select(is_open)
     tally.add("dropped", len(is_open) - count(sound, len(is_open)))
+    tally.add("shadow", count(sound, len(is_open)))
     if len(scene.shadow_opaque):
         o, d, t = take(origin, sound), take(wi, sound), take(t_max, sound)
-        tally.add("shadow", o.shape[1])
         is_open[sound] = ~scene.shadow_opaque.occluded(o, d, t, tally)
     if not len(scene.shadow_tinted):
         return is_open
@@ -127,7 +127,7 @@ def _transmittance(scene: CompiledScene, origin: Float32, wi: Float32, t_max: Fl
     active, d = np.arange(wi.shape[1]), wi
     travelled = np.zeros(wi.shape[1])
     for _ in range(MAX_SHADOW_CROSSINGS):
-        tally.add("shadow", len(active))
+        tally.add("shadow_steps", len(active))
         hits = scene.shadow_tinted.nearest(origin, d, tally)
         crossed = np.flatnonzero(travelled + hits.t < t_max.take(active))
         if len(crossed) == 0:

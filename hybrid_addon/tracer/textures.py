@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64, Texture
+from .constants import MAX_TEXTURE_COORDINATE
 from .vectors import Array
 
 Indices = NDArray[np.int64]
@@ -34,7 +35,7 @@ def lookup(pixels: Float32, u: Float64, v: Float64, extend_u: str, extend_v: str
     """RGB (3, n) of pixels (height, width, 4), row 0 at the bottom, at u, v (n,) in 0..1; texel centres at (i + .5)."""
     height, width = pixels.shape[:2]
     flat = np.ascontiguousarray(pixels[:, :, :3]).reshape(-1, 3)
-    inside = np.isfinite(u) & np.isfinite(v)
+    inside = (np.abs(u) < MAX_TEXTURE_COORDINATE) & (np.abs(v) < MAX_TEXTURE_COORDINATE)  # False for NaN
     x, y = np.where(inside, u, 0.0) * width, np.where(inside, v, 0.0) * height
     if closest:
         ix, jy = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
