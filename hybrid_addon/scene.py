@@ -190,7 +190,7 @@ class Plane:
 class PointLight:
     """Radiates `intensity` (W/sr, RGB) in all directions.
 
-    range        : metres; the light is multiplied by EEVEE's window (1 - (d^2/range^2)^2)^2 and ends there. inf = physical.
+    range        : metres; EEVEE's window (1 - (d^2/range^2)^2)^2 fades the light, which ends there. inf = physical.
     radius       : metres, of the emitting ball; 0 = a point.
     soft_falloff : EEVEE's factor d^2 / (d^2 + radius^2).
     diffuse, specular : weights of this light in the two lobes.
@@ -295,7 +295,7 @@ class Settings:
     samples       : camera rays for each pixel; 1 = one ray, not filtered (as EEVEE's one sample).
     max_depth     : number of bounces after the camera ray; 0 = local shading only.
     filter_radius : of the pixel filter in pixels (Blender's Filter Size, EEVEE's Gaussian).
-    see           : "FLAGGED": camera rays see `ray_traced` objects only (hybrid); "ALL": everything and the world (full).
+    see           : "FLAGGED": camera rays see `ray_traced` objects only (hybrid); "ALL": everything and the world.
     transparent   : with "ALL", pixels where nothing is hit get alpha 0 (Film > Transparent).
     threads       : worker threads, 0 = all cores. chunk: camera rays a thread takes at once. Neither changes a pixel.
     seed          : of the sampling pattern, together with the pixel's absolute position.

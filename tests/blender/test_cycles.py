@@ -1,7 +1,7 @@
 """The tracer against Cycles of the same file: a renderer that is not ours, on the subset that a Whitted tracer covers.
 
-Cycles is told to stay inside that subset (NUMERICS: no diffuse bounces, lights of radius 0, roughness 0, no clamping, no
-Russian roulette). The world is black, so only the lights, the mirrors and the glass make the picture. Glass casts no
+Cycles is told to stay inside that subset: no diffuse bounces, lights of radius 0, roughness 0, no clamping, no Russian
+roulette. The world is black, so only the lights, the mirrors and the glass make the picture. Glass casts no
 shadow here: with one light path Cycles has either a black shadow or a caustic where a Whitted tracer tints.
 """
 

@@ -1,0 +1,57 @@
+"""Run in a real Blender with a window and the extension: show both panels, press F12, take a screenshot, quit.
+
+xvfb-blender --python panels.py -- PICTURE.png
+
+Left the Object tab, right the Render tab; both panels opened, as an artist would click, and the interface small enough to
+show them whole.
+"""
+
+import os
+import subprocess
+import sys
+
+import bpy
+from bl_ext.user_default import hybrid_addon as hybrid
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import ui
+
+PICTURE = sys.argv[sys.argv.index("--") + 1]
+
+
+def opened(panel: type) -> None:
+    bpy.utils.unregister_class(panel)
+    panel.bl_options = set()
+    bpy.utils.register_class(panel)
+
+
+def arrange() -> None:
+    """Mark a glass, render, and turn the two largest editors into Properties editors."""
+    scene = bpy.context.scene
+    window = bpy.context.window_manager.windows[0]
+    for panel in (ui.HYBRID_OBJECT_PT_settings, ui.HYBRID_RENDER_PT_settings):
+        opened(panel)
+    scene.render.resolution_x, scene.render.resolution_y, scene.eevee.taa_render_samples = 96, 72, 1
+    cube = bpy.data.objects["Cube"]
+    cube.name = "Wine Glass"
+    hybrid.mark(cube, reflectivity=0.0, opacity=0.0, ior=1.5)
+    hybrid.render(scene, samples=4)
+    hybrid.enable(scene)
+    view = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    view.type = "PROPERTIES"
+    with bpy.context.temp_override(window=window, area=view, region=view.regions[-1]):
+        bpy.ops.screen.area_split(direction="VERTICAL", factor=0.5)
+    halves = sorted((a for a in window.screen.areas if a.type == "PROPERTIES"), key=lambda a: a.x)
+    for half, tab in zip(halves, ("OBJECT", "RENDER"), strict=False):
+        half.spaces.active.context = tab
+    bpy.app.timers.register(shoot, first_interval=2.0)
+
+
+def shoot() -> None:
+    """The whole screen, by ImageMagick: on software OpenGL Blender's own screenshot operator gives a black picture."""
+    subprocess.run(["import", "-window", "root", PICTURE], check=True)
+    print("PANELS: saved", flush=True)
+    os._exit(0)
+
+
+bpy.context.preferences.view.show_splash = False
+bpy.context.preferences.view.ui_scale = 0.75
+bpy.app.timers.register(arrange, first_interval=1.0)
