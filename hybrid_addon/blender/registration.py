@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+
 import bpy
 
 from . import cli, engine, handlers, operators, pipeline, properties, ui
@@ -20,6 +22,8 @@ def register() -> None:
     handlers.register()
     cli.register()
     _registered = True
+    if getattr(bpy.app, "module", False):
+        atexit.register(unregister)  # nothing else unregisters in the bpy module, and 4.5's then crashes at exit
 
 
 def unregister() -> None:
@@ -27,6 +31,7 @@ def unregister() -> None:
     global _registered
     if not _registered:
         return
+    atexit.unregister(unregister)
     for scene in getattr(bpy.data, "scenes", ()):  # restricted data while Blender shuts down has none
         pipeline.tear_down(scene)
     cli.unregister()

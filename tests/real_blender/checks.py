@@ -171,3 +171,19 @@ def test_f12_in_a_window_gives_the_same_picture(blender: Blender, folder: Path, 
     picture = folder / "window.png"
     blender(scene, "--python", HERE / "f12.py", "--", picture, command=XVFB_BLENDER)
     assert worst(read(picture), read(still)) <= STEP
+
+
+def test_escape_cancels_at_once_and_leaves_nothing(blender: Blender, folder: Path, scene: Path) -> None:
+    """Esc while rays are traced: the job ends, no temporary file stays, the pipeline still stands."""
+    printed = blender(scene, "--python", HERE / "escape.py", command=XVFB_BLENDER)
+    (seconds,) = re.findall(r"^ESCAPE: ([\d.]+) s$", printed, re.M)
+    assert float(seconds) < 2.0, printed  # a second, and as much again for xdotool and a busy machine
+    assert "LEFT: [] PIPELINE: True" in printed
+
+
+def test_the_panels_draw(blender: Blender, folder: Path) -> None:
+    """What stands in README as docs/panels.png; a panel that raises leaves a traceback in the output."""
+    blender("--python", HERE / "panels.py", "--", folder / "panels.png", command=XVFB_BLENDER)
+    picture = read(folder / "panels.png")
+    assert picture.shape[:2] == (800, 1280)
+    assert picture.std() > 0.05
