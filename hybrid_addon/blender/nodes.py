@@ -68,9 +68,14 @@ def tear_down(scene: bpy.types.Scene, restore: Restore) -> None:
             tree.nodes.remove(node)
         _wake(tree, restore)
     _restore_tree(scene, tree, restore)
-    group = _find_group()
-    if group is not None and group.users == 0:
-        bpy.data.node_groups.remove(group)
+    remove_orphans()
+
+
+def remove_orphans() -> None:
+    """Remove trees of ours that no scene uses any more."""
+    for tree in list(bpy.data.node_groups):
+        if tree.users == 0 and tree.library is None and (tree.get(ROLE) == "own" or tree.get(GROUP_MARK)):
+            bpy.data.node_groups.remove(tree)
 
 
 def needs_source(scene: bpy.types.Scene, source: bpy.types.ViewLayer, mode: str) -> bool:

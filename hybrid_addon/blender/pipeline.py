@@ -27,6 +27,7 @@ TRACE_SCENE = "Hybrid Trace"
 TRACE_LAYER = "Traced"
 ENGINE = "HYBRID_TRACER"
 SOURCE_MARK = "hybrid_source"  # custom property on the user's view layer that the mask layer imitates
+COLLECTION_MARK = "hybrid_collection"  # custom property on our collections
 MASK_MARK = "hybrid_mask"  # custom property on the mask layer: found again after a rename
 
 # Settings of a view layer that change what EEVEE draws; the mask layer takes them from the user's layer.
@@ -216,6 +217,7 @@ def _sync_source(scene: bpy.types.Scene, restore: Restore) -> bpy.types.ViewLaye
 def _sync_collection(scene: bpy.types.Scene) -> None:
     if scene.hybrid.collection is None:
         scene.hybrid.collection = bpy.data.collections.new(COLLECTION)
+        scene.hybrid.collection[COLLECTION_MARK] = True
     collection = scene.hybrid.collection
     if collection.name not in scene.collection.children:
         scene.collection.children.link(collection)
@@ -294,10 +296,17 @@ def _owns(scene: bpy.types.Scene) -> bool:
 
 
 def _remove_orphans() -> None:
-    owned = {scene.hybrid.trace_scene for scene in bpy.data.scenes if not is_trace_scene(scene)}
-    for scene in list(bpy.data.scenes):
-        if is_trace_scene(scene) and scene not in owned and scene.library is None and len(bpy.data.scenes) > 1:
+    """What belonged to scenes that are gone."""
+    scenes = [scene for scene in bpy.data.scenes if not is_trace_scene(scene)]
+    traces = {scene.hybrid.trace_scene for scene in scenes}
+    collections = {scene.hybrid.collection for scene in scenes}
+    for scene in [s for s in bpy.data.scenes if is_trace_scene(s) and s not in traces and s.library is None]:
+        if len(bpy.data.scenes) > 1:  # Blender keeps one
             bpy.data.scenes.remove(scene)
+    for collection in list(bpy.data.collections):
+        if COLLECTION_MARK in collection and collection not in collections and collection.library is None:
+            bpy.data.collections.remove(collection)
+    nodes.remove_orphans()
 
 
 # ------------------------------------------------------------------------------------------------ writing with care

@@ -2,8 +2,8 @@
 
 xvfb-blender --python panels.py -- PICTURE.png
 
-Left the Object tab, right the Render tab; both panels opened, as an artist would click, and the interface small enough to
-show them whole.
+Left the Object tab, right the Render tab; both panels opened, as an artist would click, and the interface small enough
+to show them whole.
 """
 
 import os
