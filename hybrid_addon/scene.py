@@ -294,6 +294,8 @@ class Settings:
 
     samples       : camera rays for each pixel; 1 = one ray, not filtered (as EEVEE's one sample).
     max_depth     : number of bounces after the camera ray; 0 = local shading only.
+    cutoff        : throughput that each camera sample may lose to rays that are not followed because they would bring
+                    little, the smallest first; 0 = follow all. What is lost is in the residual.
     filter_radius : of the pixel filter in pixels (Blender's Filter Size, EEVEE's Gaussian).
     see           : "FLAGGED": camera rays see `ray_traced` objects only (hybrid); "ALL": everything and the world.
     transparent   : with "ALL", pixels where nothing is hit get alpha 0 (Film > Transparent).
@@ -307,8 +309,9 @@ class Settings:
     see: Literal["FLAGGED", "ALL"] = "FLAGGED"
     transparent: bool = False
     threads: int = 0
-    chunk: int = 1 << 14
+    chunk: int = 1 << 16
     seed: int = 0
+    cutoff: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,6 +25,9 @@ EMBREE_LIMIT = 1.0e18
 MAX_STRAIGHT_PASSES = 256
 """A ray goes unbent through at most so many index-matched (IOR 1) surfaces; the rest goes to the residual."""
 
+BUDGET_UNIT = 2.0**-40
+"""The cutoff's budget is counted in whole units of this share of a sample: sums of integers are exact in any order."""
+
 MAX_SHADOW_CROSSINGS = 64
 """A shadow ray crosses at most so many non-opaque surfaces; then it counts as blocked."""
 

@@ -17,8 +17,8 @@ class Rays:
     """A wave of n rays.
 
     origin, direction : (3, n) float32; these float32 values *are* the ray. direction is unit length.
-    throughput        : (3, n) float32, what one unit of radiance found by this ray adds to its pixel, per channel.
-    pixel             : (n,) intp, the pixel it adds to, as a number within the chunk.
+    throughput        : (3, n) float32, what one unit of radiance found by this ray adds to its sample, per channel.
+    sample            : (n,) intp, the sample it adds to, as a number within the chunk.
     depth             : (n,) int16, bounces so far.
     passes            : (n,) int16, index-matched surfaces passed unbent so far; they do not count as bounces.
     t_max             : (n,) float32, camera clip end for camera rays, else inf.
@@ -28,7 +28,7 @@ class Rays:
     origin: Float32
     direction: Float32
     throughput: Float32
-    pixel: NDArray[np.intp]
+    sample: NDArray[np.intp]
     depth: NDArray[np.int16]
     passes: NDArray[np.int16]
     t_max: Float32
@@ -44,22 +44,22 @@ class Rays:
         return Rays(*(take(getattr(self, name), index) for name in FIELDS))
 
 
-FIELDS = ("origin", "direction", "throughput", "pixel", "depth", "passes", "t_max", "camera")
+FIELDS = ("origin", "direction", "throughput", "sample", "depth", "passes", "t_max", "camera")
 
 
 def concatenate(waves: list[Rays]) -> Rays:
-    """One wave out of several, in order: a pixel's rays keep their order whatever else is in the chunk."""
+    """One wave out of several, in order: a sample's rays keep their order whatever else is in the chunk."""
     waves = [w for w in waves if len(w)] or waves[:1]
     if len(waves) == 1:
         return waves[0]
     return Rays(*(np.concatenate([getattr(w, name) for w in waves], axis=-1) for name in FIELDS))
 
 
-def camera_rays(origin: Float32, direction: Float32, t_max: Float32, pixel: NDArray[np.intp]) -> Rays:
+def camera_rays(origin: Float32, direction: Float32, t_max: Float32, sample: NDArray[np.intp]) -> Rays:
     """The first wave."""
     n = origin.shape[1]
     none = np.zeros(n, np.int16)
-    return Rays(origin, direction, np.ones((3, n), np.float32), pixel, none, none, t_max, np.ones(n, bool))
+    return Rays(origin, direction, np.ones((3, n), np.float32), sample, none, none, t_max, np.ones(n, bool))
 
 
 def origin_offset(point: Float32, extent: Float32) -> Float32:

@@ -23,9 +23,10 @@ from .constants import FAILED_PIXEL, FILL_SAMPLES
 from .film import fill_from_neighbours, film_positions
 from .primitives import PrimitiveSet
 from .rays import camera_rays
+from .sums import Sums
 from .tally import Tally
 from .validate import validate
-from .whitted import Sums, trace_rays
+from .whitted import trace_rays
 
 Progress = Callable[[float], bool]
 Pixels = NDArray[np.intp]
@@ -160,6 +161,7 @@ class _Frame:
         self._skip(
             "shadow rays", "more surfaces crossed than are followed: in shadow", counts["shadow_crossings_exhausted"]
         )
+        self._skip("rays", "their share of the picture is within the cutoff", counts["cut"])
         kinds = ("camera", "reflected", "refracted", "straight", "shadow", "shadow_steps", "dropped")
         invariants = ("self_hits", "barycentrics_out_of_range", "negative_radiance", "nan_pixels")
         return Film(
@@ -226,10 +228,10 @@ class _Frame:
             geometry = self.scene.geometry
             rays = camera_rays(
                 *generate_rays(self.scene.camera, film_x, film_y, geometry.center, geometry.bounds_radius()),
-                pixel=np.repeat(np.arange(len(pixels)), work.count),
+                sample=np.arange(len(pixels) * work.count),
             )
             tally.add("camera", len(rays))
-            sums = Sums.zeros(len(pixels))
+            sums = Sums.zeros(len(pixels), work.count, self.settings.cutoff)
             trace_rays(self.scene, rays, work.seen, sums, tally, self._check)
             self.total.radiance[:, pixels] = sums.radiance
             self.total.seen[pixels] = sums.seen

@@ -1,0 +1,159 @@
+"""New rays: at most one reflected and one transmitted ray from each hit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float32, Float64
+from .compiled import CompiledScene
+from .constants import MAX_STRAIGHT_PASSES
+from .interaction import Interaction
+from .media import relative_ior
+from .rays import Rays
+from .scattering import fresnel_dielectric, keep_outside, reflect, refract
+from .sums import Sums
+from .tally import Tally
+from .vectors import Index, count, dot, largest_component, normalize, select, take
+
+Bools = NDArray[np.bool_]
+
+
+@dataclass(eq=False)
+class _Split:
+    """How n hits share out the throughput of their rays.
+
+    reflected, transmitted : (3, n) float32, throughput of the new rays.
+    bends : (n,) bool, a transmitted ray is refracted; otherwise it goes straight on and spends no bounce.
+    cos_i, eta : (n,) float64, on the shading normal, where it bends.
+    """
+
+    reflected: Float32
+    transmitted: Float32
+    bends: Bools
+    cos_i: Float64
+    eta: Float64
+
+
+def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: Sums, tally: Tally) -> list[Rays]:
+    """The next wave: reflected, then refracted, then straight rays, each kind in the order of its hits."""
+    plan = scene.plan
+    if not (plan.reflection or plan.refraction):
+        return [rays.take(np.zeros(0, np.intp))]
+    split = _share_out(scene, rays, at)
+    reflect_too, transmit_too = _followed(scene, rays, split, sums, tally)
+    waves = []
+    if plan.reflection:
+        waves.append(_reflected(rays, at, split, select(reflect_too), tally))
+    if plan.refraction:
+        waves.append(_refracted(rays, at, split, select(transmit_too & split.bends), tally))
+        waves.append(_straight(rays, at, split, select(transmit_too & ~split.bends), t, tally))
+    return waves
+
+
+def _share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> _Split:
+    """Share the light out among the mirror, the interface's reflection and its transmission."""
+    table, n = scene.surfaces, len(rays)
+    interface = table.interface.take(at.surface)
+    bends = (interface > 0) & ~table.straight.take(at.surface)
+    fresnel, cos_i, eta = np.zeros(n, np.float32), np.zeros(n), np.ones(n)
+    bent = select(bends)
+    if count(bent, n):
+        cos_i[bent] = _cosine(take(at.wo, bent), take(at.n_shading, bent))
+        eta[bent] = relative_ior(table.ior.take(take(at.surface, bent)), take(at.entering, bent))
+        fresnel[bent] = fresnel_dielectric(cos_i[bent], eta[bent])
+    return _Split(
+        reflected=rays.throughput * (table.mirror.take(at.surface, axis=1) + interface * fresnel),
+        transmitted=rays.throughput * (table.tint.take(at.surface, axis=1) * (interface * (1 - fresnel))),
+        bends=bends,
+        cos_i=cos_i,
+        eta=eta,
+    )
+
+
+def _cosine(wo: Float32, n: Float32) -> Float64:
+    """Cosine of incidence (n,), 0..1, in float64."""
+    return np.clip(dot(wo.astype(np.float64), n.astype(np.float64)), 0, 1)
+
+
+def _followed(scene: CompiledScene, rays: Rays, split: _Split, sums: Sums, tally: Tally) -> tuple[Bools, Bools]:
+    """Which reflected and which transmitted rays go on: those with a weight, within depth, worth their work.
+
+    What the depth or the cutoff ends is residual. Camera rays that pass straight through are never cut: the film's
+    alpha counts them.
+    """
+    may_bounce = rays.depth < scene.settings.max_depth
+    may_pass = np.where(split.bends, may_bounce, rays.passes < MAX_STRAIGHT_PASSES)
+    reflects = _within(rays, split.reflected, may_bounce, sums)
+    transmits = _within(rays, split.transmitted, may_pass, sums)
+    if sums.spent is None:
+        return reflects, transmits
+    weight = np.concatenate(
+        [
+            largest_component(split.reflected) * reflects,
+            largest_component(split.transmitted) * (transmits & (split.bends | ~rays.camera)),
+        ]
+    )
+    cut = sums.cuttable(np.concatenate([rays.sample, rays.sample]), weight).reshape(2, -1)
+    for throughput, ended in zip((split.reflected, split.transmitted), cut, strict=True):
+        lost = np.flatnonzero(ended)
+        sums.add_residual(rays.sample[lost], throughput[:, lost])
+        tally.add("cut", len(lost))
+    return reflects & ~cut[0], transmits & ~cut[1]
+
+
+def _within(rays: Rays, weight: Float32, limit: Bools, sums: Sums) -> Bools:
+    """The hits that may spawn a ray: a weight left, and within limits; what the limit cuts is residual."""
+    wanted = (weight != 0).any(axis=0)
+    cut = np.flatnonzero(wanted & ~limit)
+    if len(cut):
+        sums.add_residual(rays.sample[cut], weight[:, cut])
+    return wanted & limit
+
+
+def _child(rays: Rays, index: Index, origin: Float32, direction: Float32, weight: Float32) -> Rays:
+    """Rays one bounce deeper."""
+    n = origin.shape[1]
+    return Rays(
+        origin=origin,
+        direction=direction,
+        throughput=take(weight, index),
+        sample=take(rays.sample, index),
+        depth=take(rays.depth, index) + np.int16(1),
+        passes=take(rays.passes, index),
+        t_max=np.full(n, np.inf, np.float32),
+        camera=np.zeros(n, bool),
+    )
+
+
+def _reflected(rays: Rays, at: Interaction, split: _Split, index: Index, tally: Tally) -> Rays:
+    wo = take(at.wo, index)
+    direction = normalize(reflect(wo, take(at.n_shading, index)))
+    if at.n_shading is not at.n_geometric:
+        direction = keep_outside(direction, take(at.n_geometric, index), wo)
+    tally.add("reflected", direction.shape[1])
+    return _child(rays, index, take(at.outer, index), direction, split.reflected)
+
+
+def _refracted(rays: Rays, at: Interaction, split: _Split, index: Index, tally: Tally) -> Rays:
+    wo, n_shading = take(at.wo, index), take(at.n_shading, index)
+    cos_i, eta = take(split.cos_i, index), take(split.eta, index)
+    bent = refract(wo.astype(np.float64), n_shading.astype(np.float64), cos_i, eta)
+    direction = normalize(bent).astype(np.float32)
+    if at.n_shading is not at.n_geometric:
+        direction = keep_outside(direction, -take(at.n_geometric, index), wo)
+    tally.add("refracted", direction.shape[1])
+    return _child(rays, index, at.inner(index), direction, split.transmitted)
+
+
+def _straight(rays: Rays, at: Interaction, split: _Split, index: Index, t: Float64, tally: Tally) -> Rays:
+    """Rays through index-matched surfaces: the same ray goes on behind, and no bounce is spent."""
+    child = _child(rays, index, at.inner(index), take(rays.direction, index), split.transmitted)
+    child.depth -= np.int16(1)
+    child.passes = child.passes + np.int16(1)
+    child.t_max = (take(rays.t_max, index) - take(t, index)).astype(np.float32)
+    child.camera = take(rays.camera, index)
+    tally.add("straight", len(child))
+    return child

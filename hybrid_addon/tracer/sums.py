@@ -1,0 +1,86 @@
+"""What the samples of a chunk add up to, and how much of its error budget each of them has spent."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float32, Float64
+from .constants import BUDGET_UNIT
+from .vectors import largest_component
+
+Numbers = NDArray[np.intp]
+
+
+@dataclass(eq=False)
+class Sums:
+    """What the samples of m pixels, `count` consecutive ones each, add up to: float64, in a fixed order for each pixel.
+
+    radiance : (3, m)   seen : (m,) samples that count   residual : (m,) throughput that was cut off
+    limit    : throughput, in units of BUDGET_UNIT, that each sample may lose to the cutoff; 0: none.
+    spent    : (m count,) int64, throughput that each sample has lost so far, in the same units; (0,) without a limit.
+    """
+
+    radiance: Float64
+    seen: Float64
+    residual: Float64
+    count: int = 1
+    limit: int = 0
+    spent: NDArray[np.int64] | None = None
+
+    @classmethod
+    def zeros(cls, m: int, count: int = 1, cutoff: float = 0.0) -> Sums:
+        """Nothing yet. cutoff: throughput that each sample may lose."""
+        limit = int(cutoff / BUDGET_UNIT)
+        return cls(
+            np.zeros((3, m)), np.zeros(m), np.zeros(m), count, limit, np.zeros(m * count, np.int64) if limit else None
+        )
+
+    def add_radiance(self, sample: Numbers, contribution: Float32) -> None:
+        """Add (3, n) to the pixels of samples (n,); bincount adds one after the other, in the order of the arrays."""
+        pixel = self._pixel(sample)
+        for channel in range(3):
+            weights = np.broadcast_to(contribution[channel], pixel.shape)
+            self.radiance[channel] += np.bincount(pixel, weights, minlength=len(self.seen))
+
+    def add_residual(self, sample: Numbers, throughput: Float32) -> None:
+        """Note throughput (3, n) that was cut off: its largest channel, so that L_max times it bounds the error."""
+        lost = largest_component(throughput)
+        self.residual += np.bincount(self._pixel(sample), lost, minlength=len(self.seen))
+        if self.spent is not None:
+            np.add.at(self.spent, sample, budget_units(lost))
+
+    def add_seen(self, sample: Numbers, share: Float32 | float = 1.0) -> None:
+        """Count samples (n,), or take them back (share (n,) < 0)."""
+        self.seen += np.bincount(
+            self._pixel(sample), np.broadcast_to(np.float64(share), sample.shape), minlength=len(self.seen)
+        )
+
+    def cuttable(self, sample: Numbers, weight: Float32) -> NDArray[np.bool_]:
+        """Which branches of weight (n,) of samples (n,) the budgets allow to be cut: the smallest of a sample first.
+
+        Sums are of integers, hence exact: what else is in the chunk cannot change the answer.
+        """
+        result = np.zeros(len(weight), bool)
+        if self.spent is None:
+            return result
+        candidates = np.flatnonzero((weight > 0) & (weight <= np.float32(self.limit * BUDGET_UNIT)))
+        cost, owner = budget_units(weight[candidates]), sample[candidates]
+        order = np.lexsort((cost, owner))  # stable: equal costs keep their order
+        cost, owner = cost[order], owner[order]
+        total = np.cumsum(cost)
+        starts = np.flatnonzero(np.diff(owner, prepend=-1))
+        before = np.repeat((total - cost)[starts], np.diff(starts, append=len(owner)))
+        affordable = total - before <= self.limit - self.spent[owner]
+        result[candidates[order[affordable]]] = True
+        return result
+
+    def _pixel(self, sample: Numbers) -> Numbers:
+        return sample if self.count == 1 else sample // self.count
+
+
+def budget_units(weight: Float32) -> NDArray[np.int64]:
+    """Throughput (n,) in whole units of the budget, rounded up; NaN as none."""
+    return np.ceil(np.nan_to_num(weight.astype(np.float64), posinf=0.0) / BUDGET_UNIT).astype(np.int64)
