@@ -9,6 +9,9 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import pipeline, results
+from .fingerprint import Fingerprint, fingerprint
+
+_undone: Fingerprint | None = None
 
 
 def _later() -> None:
@@ -20,10 +23,31 @@ def _later() -> None:
 
 
 def _tick() -> float | None:
+    """Bring the scenes in step, as an undo step of its own.
+
+    Blender's undo reuses what did not change between two steps from memory, pointers included: a change that no step
+    knows of leaves pointers to removed data there, and crashes it later. For the same reason an undo is left alone
+    until the user changes something: our repair would be a step that he can never undo past.
+    """
+    global _undone
     if bpy.app.is_job_running("RENDER"):
         return 0.5  # a render reads the scene on another thread: wait
+    before = fingerprint()
+    if before == _undone:
+        return None
+    _undone = None
     pipeline.sync_all()
+    if fingerprint() != before:
+        push_undo()
     return None
+
+
+def push_undo() -> None:
+    """Make what the pipeline has just changed a step of the undo history (there is none in the background)."""
+    windows = [] if bpy.app.background else list(bpy.context.window_manager.windows)
+    if windows:  # a timer's context has none of its own
+        with bpy.context.temp_override(window=bpy.context.window or windows[0]):
+            bpy.ops.ed.undo_push(message="Hybrid")
 
 
 @persistent
@@ -35,8 +59,24 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 
 
 @persistent
-def _on_restored(*_args: Any) -> None:
-    """After a load, undo, redo or append anything may be different."""
+def _on_undone(*_args: Any) -> None:
+    global _undone
+    if bpy.app.background:
+        pipeline.sync_all()
+    else:
+        _undone = fingerprint()
+
+
+@persistent
+def _on_loaded(*_args: Any) -> None:
+    """At once: Blender makes the first undo step of the new file after this."""
+    global _undone
+    _undone = None
+    pipeline.sync_all()
+
+
+@persistent
+def _on_imported(*_args: Any) -> None:
     _later()
 
 
@@ -45,13 +85,14 @@ def _before_save(*_args: Any) -> None:
     """A saved file holds the user's scene and our settings, nothing that needs the add-on to render."""
     if not bpy.app.background and bpy.app.is_job_running("RENDER"):
         return  # saved as it is; the next load brings it in step
-    for scene in list(bpy.data.scenes):
-        pipeline.tear_down(scene)
+    pipeline.tear_down_all()
 
 
 @persistent
 def _after_save(*_args: Any) -> None:
-    pipeline.sync_all()
+    if any(scene.hybrid.enabled for scene in bpy.data.scenes):
+        pipeline.sync_all()
+        push_undo()
 
 
 @persistent
@@ -73,10 +114,10 @@ def _frame_ends(scene: bpy.types.Scene, *_args: Any) -> None:
 
 _HANDLERS: tuple[tuple[str, Callable[..., None]], ...] = (
     ("depsgraph_update_post", _on_update),
-    ("undo_post", _on_restored),
-    ("redo_post", _on_restored),
-    ("load_post", _on_restored),
-    ("blend_import_post", _on_restored),
+    ("undo_post", _on_undone),
+    ("redo_post", _on_undone),
+    ("load_post", _on_loaded),
+    ("blend_import_post", _on_imported),
     ("save_pre", _before_save),
     ("save_post", _after_save),
     ("save_post_fail", _after_save),

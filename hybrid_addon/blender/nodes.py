@@ -116,10 +116,9 @@ def _ensure_tree(scene: bpy.types.Scene, source: bpy.types.ViewLayer, restore: R
         scene.render.use_compositing = True
     if _NEW_API:
         tree = scene.compositing_node_group
-        if tree is not None and was_off:
-            scene.hybrid.user_tree, tree = tree, None
-        if tree is None:
-            tree = scene.compositing_node_group = _new_tree()
+        asleep = tree if was_off else None
+        if tree is None or was_off:
+            tree = scene.compositing_node_group = _new_tree(asleep)
     else:
         was_off = was_off or not scene.use_nodes
         restore.remember("use_nodes", scene.use_nodes)
@@ -132,9 +131,14 @@ def _ensure_tree(scene: bpy.types.Scene, source: bpy.types.ViewLayer, restore: R
     return tree
 
 
-def _new_tree() -> bpy.types.NodeTree:
+def _new_tree(asleep: bpy.types.NodeTree | None) -> bpy.types.NodeTree:
+    """A tree of ours. One that the user has switched off sleeps in a muted node of it, and so is not lost."""
     tree = bpy.data.node_groups.new("Hybrid Compositor", "CompositorNodeTree")
     tree[ROLE] = "own"
+    if asleep is not None:
+        bed = tree.nodes.new("CompositorNodeGroup")
+        bed[ROLE], bed.node_tree, bed.mute, bed.label = "own", asleep, True, "Your compositor, switched off"
+        bed.location = (400, 300)
     tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
     return tree
 
@@ -189,13 +193,12 @@ def _restore_tree(scene: bpy.types.Scene, tree: bpy.types.NodeTree | None, resto
         if tree is not None and tree.get(ROLE) == "own":
             untouched = all(node.get(ROLE) == "own" for node in tree.nodes)
             if untouched:
-                scene.compositing_node_group = scene.hybrid.user_tree
+                scene.compositing_node_group = next((n.node_tree for n in tree.nodes if n.type == "GROUP"), None)
                 bpy.data.node_groups.remove(tree)
             else:  # the user has built on it: it is his now
                 del tree[ROLE]
                 for node in tree.nodes:
                     node.pop(ROLE, None)
-        scene.hybrid.property_unset("user_tree")
     elif restore.get("use_nodes") is False:
         if tree is not None:
             for node in tree.nodes:

@@ -88,6 +88,20 @@ def mask_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer | None:
     return next((layer for layer in scene.view_layers if layer.get(MASK_MARK)), None)
 
 
+def trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene | None:
+    """The trace scene that shows this scene, or None.
+
+    Found by what it is, not by a pointer kept in the scene: Blender's dependency graph follows a pointer property from
+    one scene into another, and crashes on its way.
+    """
+    return next((s for s in bpy.data.scenes if is_trace_scene(s) and s.background_set == scene and not s.library), None)
+
+
+def own_collection(scene: bpy.types.Scene) -> bpy.types.Collection | None:
+    """The scene's collection of held-out objects, or None."""
+    return next((child for child in scene.collection.children if COLLECTION_MARK in child), None)
+
+
 def effective_mode(scene: bpy.types.Scene) -> str:
     """The mode, but RASTER where nothing is ray traced: an empty mask costs nothing."""
     mode = scene.hybrid.mode
@@ -101,7 +115,7 @@ def flagged_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     into our collection must not bring back what the user has switched off.
     """
     found: dict[str, bpy.types.Object] = {}
-    ours = scene.hybrid.collection
+    ours = own_collection(scene)
 
     def walk(layer_collection: bpy.types.LayerCollection) -> None:
         collection = layer_collection.collection
@@ -147,11 +161,22 @@ def scene_changed(scene: bpy.types.Scene) -> None:
 
 
 def sync_all() -> None:
-    """Bring every scene in step and remove trace scenes whose owner is gone."""
-    for scene in list(bpy.data.scenes):
-        if not is_trace_scene(scene):
-            sync(scene)
-    _remove_orphans()
+    """Bring every scene in step and remove what belonged to scenes that are gone."""
+    for scene in _own_scenes():
+        sync(scene)
+    if not _busy():
+        _remove_orphans()
+
+
+def tear_down_all() -> None:
+    """Take the pipeline out of every scene; their settings stay."""
+    for scene in _own_scenes():
+        tear_down(scene)
+
+
+def _own_scenes() -> list[bpy.types.Scene]:
+    """The user's scenes. Not ours: those come and go while one walks through this list."""
+    return [scene for scene in bpy.data.scenes if not is_trace_scene(scene)]
 
 
 def sync(scene: bpy.types.Scene) -> None:
@@ -166,8 +191,8 @@ def sync(scene: bpy.types.Scene) -> None:
         restore = Restore(scene)
         mode = effective_mode(scene)
         source = _sync_source(scene, restore)
-        _sync_collection(scene)
-        mask = _sync_mask_layer(scene, source)
+        collection = _sync_collection(scene)
+        mask = _sync_mask_layer(scene, source, collection)
         trace = _sync_trace_scene(scene)
         nodes.sync(scene, source, mask, trace, mode, restore)
         _set(mask, "use", mode == "HYBRID")
@@ -179,7 +204,7 @@ def tear_down(scene: bpy.types.Scene) -> None:
     """Remove everything that `sync` made, put back everything that it changed. Does nothing in a clean scene."""
     if is_trace_scene(scene) or scene.library is not None:
         return
-    if not (scene.hybrid.restore or scene.hybrid.collection or scene.hybrid.trace_scene or mask_layer(scene)):
+    if not (scene.hybrid.restore or own_collection(scene) or trace_scene(scene) or mask_layer(scene)):
         return
     with _guard() as entered:
         if not entered:
@@ -194,10 +219,11 @@ def tear_down(scene: bpy.types.Scene) -> None:
             if SOURCE_MARK in layer:
                 _set(layer, "use", bool(restore.get("source_use", True)))
                 del layer[SOURCE_MARK]
-        if scene.hybrid.collection is not None:
-            bpy.data.collections.remove(scene.hybrid.collection)
-        if scene.hybrid.trace_scene is not None:
-            bpy.data.scenes.remove(scene.hybrid.trace_scene)
+        collection, trace = own_collection(scene), trace_scene(scene)
+        if collection is not None:
+            bpy.data.collections.remove(collection)
+        if trace is not None:
+            bpy.data.scenes.remove(trace)
         restore.clear()
 
 
@@ -214,12 +240,11 @@ def _sync_source(scene: bpy.types.Scene, restore: Restore) -> bpy.types.ViewLaye
     return source
 
 
-def _sync_collection(scene: bpy.types.Scene) -> None:
-    if scene.hybrid.collection is None:
-        scene.hybrid.collection = bpy.data.collections.new(COLLECTION)
-        scene.hybrid.collection[COLLECTION_MARK] = True
-    collection = scene.hybrid.collection
-    if collection.name not in scene.collection.children:
+def _sync_collection(scene: bpy.types.Scene) -> bpy.types.Collection:
+    collection = own_collection(scene)
+    if collection is None:
+        collection = bpy.data.collections.new(COLLECTION)
+        collection[COLLECTION_MARK] = True
         scene.collection.children.link(collection)
     wanted = flagged_objects(scene)
     for b_object in list(collection.objects):
@@ -228,9 +253,12 @@ def _sync_collection(scene: bpy.types.Scene) -> None:
     for b_object in wanted:
         if b_object.name not in collection.objects:
             collection.objects.link(b_object)
+    return collection
 
 
-def _sync_mask_layer(scene: bpy.types.Scene, source: bpy.types.ViewLayer) -> bpy.types.ViewLayer:
+def _sync_mask_layer(
+    scene: bpy.types.Scene, source: bpy.types.ViewLayer, ours: bpy.types.Collection
+) -> bpy.types.ViewLayer:
     mask = mask_layer(scene)
     if mask is None:
         mask = scene.view_layers.new(MASK_LAYER)
@@ -241,7 +269,6 @@ def _sync_mask_layer(scene: bpy.types.Scene, source: bpy.types.ViewLayer) -> bpy
     for name in _LAYER_SETTINGS:
         if hasattr(source, name):
             _set(mask, name, getattr(source, name))
-    ours = scene.hybrid.collection
     for layer in scene.view_layers:
         own = layer.layer_collection.children[ours.name]
         _set(own, "exclude", layer != mask)
@@ -262,12 +289,12 @@ def _imitate(b_from: bpy.types.LayerCollection, b_to: bpy.types.LayerCollection,
 
 
 def _sync_trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene:
-    trace = scene.hybrid.trace_scene
+    trace = trace_scene(scene)
     if trace is None:
-        trace = scene.hybrid.trace_scene = bpy.data.scenes.new(TRACE_SCENE)
+        trace = bpy.data.scenes.new(TRACE_SCENE)
         trace.render.engine = ENGINE
+        trace.background_set = scene
         trace.view_layers[0].name = TRACE_LAYER
-    _set(trace, "background_set", scene)
     _set(trace, "camera", scene.camera or _marker_camera(scene))  # Blender refuses to render a scene without one
     return trace
 
@@ -277,29 +304,18 @@ def _marker_camera(scene: bpy.types.Scene) -> bpy.types.Object | None:
 
 
 def _disown_copies(scene: bpy.types.Scene) -> None:
-    """A copied scene points at the original's trace scene and collection: let go of what belongs to another scene."""
-    settings = scene.hybrid
-    trace = settings.trace_scene
-    if trace is not None and trace.background_set not in (None, scene):
-        settings.trace_scene = None
-    for other in bpy.data.scenes:
-        if other != scene and not is_trace_scene(other) and other.hybrid.collection == settings.collection is not None:
-            if _owns(other):
-                if settings.collection.name in scene.collection.children:
-                    scene.collection.children.unlink(settings.collection)
-                settings.collection = None
-                break
-
-
-def _owns(scene: bpy.types.Scene) -> bool:
-    return scene.hybrid.trace_scene is not None and scene.hybrid.trace_scene.background_set == scene
+    """A linked copy of a scene shares its collections: let go of ours where another scene holds it too."""
+    collection = own_collection(scene)
+    others = (own_collection(other) for other in _own_scenes() if other != scene)
+    if collection is not None and collection in others:
+        scene.collection.children.unlink(collection)
 
 
 def _remove_orphans() -> None:
     """What belonged to scenes that are gone."""
-    scenes = [scene for scene in bpy.data.scenes if not is_trace_scene(scene)]
-    traces = {scene.hybrid.trace_scene for scene in scenes}
-    collections = {scene.hybrid.collection for scene in scenes}
+    scenes = _own_scenes()
+    traces = {trace_scene(scene) for scene in scenes if is_active(scene)}
+    collections = {own_collection(scene) for scene in scenes}
     for scene in [s for s in bpy.data.scenes if is_trace_scene(s) and s not in traces and s.library is None]:
         if len(bpy.data.scenes) > 1:  # Blender keeps one
             bpy.data.scenes.remove(scene)

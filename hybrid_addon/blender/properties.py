@@ -2,7 +2,6 @@
 
 # No `from __future__ import annotations` here: Blender reads the properties from the annotations themselves.
 
-import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import Context, Object, PropertyGroup, Scene
 
@@ -134,10 +133,7 @@ class HybridSceneSettings(PropertyGroup):
         min=0,
         max=1024,
     )
-    # What the pipeline made, so that it finds it again after a rename, and what it has to put back (JSON).
-    collection: PointerProperty(type=bpy.types.Collection, options={"HIDDEN"})  # type: ignore[valid-type]
-    trace_scene: PointerProperty(type=Scene, options={"HIDDEN"})  # type: ignore[valid-type]
-    user_tree: PointerProperty(type=bpy.types.NodeTree, options={"HIDDEN"})  # type: ignore[valid-type]
+    # What the pipeline has to put back (JSON).
     restore: StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]
 
     @classmethod

@@ -32,8 +32,10 @@ def unregister() -> None:
     if not _registered:
         return
     atexit.unregister(unregister)
-    for scene in getattr(bpy.data, "scenes", ()):  # restricted data while Blender shuts down has none
-        pipeline.tear_down(scene)
+    if hasattr(bpy.data, "scenes"):  # restricted data while Blender shuts down has none
+        pipeline.tear_down_all()
+        if bpy.context.window_manager is not None:
+            handlers.push_undo()
     cli.unregister()
     handlers.unregister()
     for cls in reversed(_CLASSES):

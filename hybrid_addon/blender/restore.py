@@ -34,5 +34,4 @@ class Restore:
         if "use_single_layer" in self._values:
             self._scene.render.use_single_layer = self._values["use_single_layer"]
         self._values = {}
-        for name in ("restore", "collection", "trace_scene"):
-            self._scene.hybrid.property_unset(name)
+        self._scene.hybrid.property_unset("restore")

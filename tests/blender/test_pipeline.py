@@ -99,16 +99,16 @@ def test_flagged_objects_are_held_out_in_the_mask_layer_only(scene):
     mark(cube)
     enable(scene)
     mask, source = pipeline.mask_layer(scene), pipeline.source_layer(scene)
-    ours = scene.hybrid.collection.name
+    ours = pipeline.own_collection(scene).name
     assert mask.layer_collection.children[ours].holdout
     assert source.layer_collection.children[ours].exclude
-    assert list(scene.hybrid.collection.objects) == [cube]
+    assert list(pipeline.own_collection(scene).objects) == [cube]
     assert not source.use and mask.use  # an opaque film needs the mask layer alone
     scene.render.film_transparent = True
     pipeline.sync(scene)
     assert source.use and mask.use
     unmark(cube)
-    assert len(scene.hybrid.collection.objects) == 0
+    assert len(pipeline.own_collection(scene).objects) == 0
     assert source.use and not mask.use  # nothing flagged: EEVEE alone
 
 
@@ -122,14 +122,14 @@ def test_an_object_that_the_user_hid_stays_hidden(scene):
             collection.objects.unlink(cube)
     mark(cube)
     enable(scene)
-    assert list(scene.hybrid.collection.objects) == [cube]
+    assert list(pipeline.own_collection(scene).objects) == [cube]
     pipeline.source_layer(scene).layer_collection.children["Hidden"].exclude = True
     pipeline.sync(scene)
-    assert len(scene.hybrid.collection.objects) == 0
+    assert len(pipeline.own_collection(scene).objects) == 0
     pipeline.source_layer(scene).layer_collection.children["Hidden"].exclude = False
     hidden.hide_render = True
     pipeline.sync(scene)
-    assert len(scene.hybrid.collection.objects) == 0
+    assert len(pipeline.own_collection(scene).objects) == 0
 
 
 def test_the_mask_layer_imitates_the_users_layer(scene):
@@ -155,7 +155,7 @@ def test_the_camera_follows(scene):
     scene.collection.objects.link(other)
     scene.camera = other
     bpy.context.view_layer.update()  # the handler does the rest
-    assert scene.hybrid.trace_scene.camera == other
+    assert pipeline.trace_scene(scene).camera == other
 
 
 def test_deleting_a_flagged_object(scene):
@@ -200,20 +200,20 @@ def test_a_copied_scene_gets_a_pipeline_of_its_own(scene):
         assert copy != scene
         pipeline.sync_all()
         for each in (scene, copy):
-            assert each.hybrid.trace_scene.background_set == each
-            assert each.hybrid.collection.name in each.collection.children
+            assert pipeline.trace_scene(each).background_set == each
+            assert pipeline.own_collection(each).name in each.collection.children
             assert [c.name for c in each.collection.children if c.name.startswith(pipeline.COLLECTION)] == [
-                each.hybrid.collection.name
+                pipeline.own_collection(each).name
             ]
-        assert copy.hybrid.trace_scene != scene.hybrid.trace_scene
-        assert copy.hybrid.collection != scene.hybrid.collection
+        assert pipeline.trace_scene(copy) != pipeline.trace_scene(scene)
+        assert pipeline.own_collection(copy) != pipeline.own_collection(scene)
         tree = nodes.compositor_tree(copy)
         roles = {n[nodes.ROLE]: n.scene for n in tree.nodes if n.get(nodes.ROLE) in {"mask", "trace"}}
-        assert roles == {"mask": copy, "trace": copy.hybrid.trace_scene}
+        assert roles == {"mask": copy, "trace": pipeline.trace_scene(copy)}
         disable(copy)
-        assert copy.hybrid.trace_scene is None
-        assert scene.hybrid.trace_scene.background_set == scene
-        assert scene.hybrid.collection.name in scene.collection.children
+        assert pipeline.trace_scene(copy) is None
+        assert pipeline.trace_scene(scene).background_set == scene
+        assert pipeline.own_collection(scene).name in scene.collection.children
 
 
 def test_append_brings_a_scene_that_renders_hybrid(scene, tmp_path):
@@ -226,7 +226,7 @@ def test_append_brings_a_scene_that_renders_hybrid(scene, tmp_path):
         into.scenes = inside.scenes
     pipeline.sync_all()
     appended = next(s for s in bpy.data.scenes if s.hybrid.enabled)
-    assert appended.hybrid.trace_scene.background_set == appended
+    assert pipeline.trace_scene(appended).background_set == appended
     assert len([s for s in bpy.data.scenes if pipeline.is_trace_scene(s)]) == 1
 
 
@@ -270,8 +270,8 @@ def test_renamed_parts_are_found_again(scene):
     before_layers = [v.name for v in scene.view_layers]
     enable(scene)
     pipeline.mask_layer(scene).name = "My Mask"
-    scene.hybrid.collection.name = "My Collection"
-    scene.hybrid.trace_scene.name = "My Trace"
+    pipeline.own_collection(scene).name = "My Collection"
+    pipeline.trace_scene(scene).name = "My Trace"
     pipeline.sync_all()
     assert len(scene.view_layers) == 2
     assert len(bpy.data.scenes) == 2
@@ -333,5 +333,5 @@ def test_undo(scene):
     except RuntimeError:
         pytest.skip("undo needs a window here")
     scene = bpy.context.scene
-    assert [o.name for o in scene.hybrid.collection.objects] == ["Cube"]
+    assert [o.name for o in pipeline.own_collection(scene).objects] == ["Cube"]
     assert pipeline.mask_layer(scene).use

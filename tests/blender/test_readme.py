@@ -9,7 +9,7 @@ import pytest
 
 pytestmark = pytest.mark.blender
 README = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
-HIDDEN = {"rna_type", "name", "collection", "trace_scene", "user_tree", "restore", "threads", "cutoff"}
+HIDDEN = {"rna_type", "name", "restore", "threads", "cutoff"}
 
 
 @pytest.mark.parametrize("owner", ["Object", "Scene"])

@@ -197,7 +197,7 @@ def test_nothing_is_left_behind(addon):
     after = (image.file_format, image.color_mode, image.quality, scene.frame_current, scene.hybrid.mode)
     assert after == before
     assert pipeline.mask_layer(scene) is None
-    assert scene.hybrid.trace_scene is None
+    assert pipeline.trace_scene(scene) is None
 
 
 def test_exr_round_trip(tmp_path):

@@ -187,3 +187,10 @@ def test_the_panels_draw(blender: Blender, folder: Path) -> None:
     picture = read(folder / "panels.png")
     assert picture.shape[:2] == (800, 1280)
     assert picture.std() > 0.05
+
+
+@pytest.mark.parametrize("seed", [6, 7])
+def test_a_hundred_random_actions_leave_the_file_consistent(blender: Blender, folder: Path, seed: int) -> None:
+    """Flag, unflag, delete, rename, undo, redo, copy, save, reload ...: no orphans, no crash, and disable cleans up."""
+    printed = blender("--python", HERE / "undo.py", "--", seed, 100, folder / "walk.blend", command=XVFB_BLENDER)
+    assert "WALK: consistent" in printed, printed

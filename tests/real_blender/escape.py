@@ -51,7 +51,7 @@ def cancelled(*_args: object) -> None:
 def look() -> None:
     scene = bpy.context.scene
     temporary = [name for name in os.listdir(bpy.app.tempdir) if name.startswith("hybrid_")]
-    standing = pipeline.mask_layer(scene) is not None and scene.hybrid.trace_scene is not None
+    standing = pipeline.mask_layer(scene) is not None and pipeline.trace_scene(scene) is not None
     print(f"LEFT: {temporary} PIPELINE: {standing}", flush=True)
     os._exit(0)
 
