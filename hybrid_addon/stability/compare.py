@@ -1,0 +1,46 @@
+"""Numbers out of pairs of pictures. Edges are told apart: one ray may flip there, and a mean would hide the rest."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Film, Float32
+from .case import Measured
+
+EDGE_CONTRAST = 0.05
+"""A pixel whose 3 x 3 neighbourhood spans more than this share of the picture's range lies on an edge."""
+
+
+def largest(a: Float32, b: Float32 | float) -> float:
+    """The largest |difference|, NaN if anything is NaN."""
+    return float(np.max(np.abs(np.subtract(a, b, dtype=np.float64)), initial=0.0))
+
+
+def films_differ(a: Film, b: Film) -> float:
+    """The largest |difference| of radiance, coverage and residual."""
+    return max(largest(getattr(a, f), getattr(b, f)) for f in ("radiance", "coverage", "residual"))
+
+
+def edges(picture: Float32) -> NDArray[np.bool_]:
+    """(h, w): pixels with an edge of the picture (h, w, 3) in their 3 x 3 neighbourhood."""
+    padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    h, w = picture.shape[:2]
+    around = np.stack([padded[j : j + h, i : i + w] for j in range(3) for i in range(3)])
+    span = float(picture.max() - picture.min())
+    return np.asarray((around.max(0) - around.min(0)).max(-1) > EDGE_CONTRAST * span)
+
+
+def off_edges(a: Float32, reference: Float32) -> Measured:
+    """The largest |difference| away from the reference's edges, and how many pixels flipped on them."""
+    edge = edges(reference)
+    difference = np.abs(a.astype(np.float64) - reference).max(-1)
+    value = float(np.max(difference[~edge], initial=0.0))
+    flipped = int(np.count_nonzero(difference[edge] > 1e-3))
+    share = 100 * float(np.mean(~edge))
+    return Measured(value, f"{share:.0f} % of the pixels compared; {flipped} of those on edges flipped", a)
+
+
+def different_pixels(a: Float32, b: Float32) -> int:
+    """How many pixels differ by any bit."""
+    return int(np.count_nonzero((a != b).any(-1)))

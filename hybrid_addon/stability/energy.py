@@ -1,0 +1,166 @@
+"""Nothing is lost and nothing comes from nowhere: furnaces, the residual as an error bound, the ends of every slider."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..scene import BLACK, Instance, PointLight, Scene, Sphere, Surface, World
+from . import build
+from .case import Measured, Theme
+from .compare import different_pixels, largest
+
+THEME = Theme("Energy, error bound, ends of the sliders")
+FURNACE_IORS = (1e-3, 1 / 1.5, 1.0003, 1.5, 2.42, 1e3)
+
+
+def furnace(shape: str, ior: float, depth: int, reflectivity: float = 0.25) -> float:
+    """The largest |radiance + residual - 1| of a lossless body in a white world."""
+    lens = build.camera((0.3, -0.4, 3), size=(32, 32))
+    surface = build.glass(ior, reflectivity=reflectivity)
+    scene = build.make_scene(camera=lens, world=build.WHITE_WORLD, surfaces=(surface,))
+    if shape == "sphere":
+        scene = replace(scene, spheres=(Sphere("ball", (0, 0, 0), 1.0, 0),))
+    else:
+        body = build.box() if shape == "box" else build.icosphere(2, 1, shape == "smooth")
+        scene = replace(scene, meshes=(body,), instances=(Instance("body", 0, np.eye(4), (0,)),))
+    film = build.shoot(scene, max_depth=depth)
+    return largest(film.radiance + film.residual[..., None], 1)
+
+
+def furnaces(shape: str, reflectivity: float = 0.25) -> Measured:
+    """The worst of all indices and depths."""
+    found = {(ior, depth): furnace(shape, ior, depth, reflectivity) for ior in FURNACE_IORS for depth in (1, 7)}
+    ior, depth = max(found, key=lambda key: found[key])
+    return Measured(found[ior, depth], f"worst for IOR {ior:.4g} at depth {depth}")
+
+
+FURNACE = "radiance + residual = 1"
+
+
+@THEME.case(19, "white-furnace-sphere", "an analytic glass ball, IOR 1e-3 .. 1e3, depth 1 and 7", FURNACE, 1e-6)
+def _() -> Measured:
+    return furnaces("sphere")
+
+
+@THEME.case(19, "white-furnace-flat-ball", "a flat shaded glass ball of 320 triangles", FURNACE, 1e-6)
+def _() -> Measured:
+    return furnaces("flat")
+
+
+@THEME.case(19, "white-furnace-smooth-ball", "the same, smooth shaded", FURNACE, 1e-6)
+def _() -> Measured:
+    return furnaces("smooth")
+
+
+@THEME.case(19, "white-furnace-box", "a glass box", FURNACE, 1e-6)
+def _() -> Measured:
+    return furnaces("box")
+
+
+@THEME.case(19, "white-furnace-mirror", "a perfect mirror ball of 320 triangles", FURNACE, 1e-6)
+def _() -> Measured:
+    return furnaces("smooth", reflectivity=1.0)
+
+
+def deep_scene() -> Scene:
+    """Glass and mirrors that need many bounces, in a world of radiance 1."""
+    balls = [
+        (build.icosphere(2, 0.5), build.glass(1.5), {"matrix_world": build.translation(x, y, 0.5)})
+        for x, y in ((-0.6, 0.0), (0.6, 0.1), (0.0, 0.9))
+    ]
+    board = (build.floor(2), build.mirror(0.9, emission=(0.05, 0.05, 0.05)))
+    lens = build.camera((0, -4, 2), (0, 0, 0.3), (0, 0, 1), (64, 48), 0.4)
+    return build.make_scene(*balls, board, camera=lens, world=World((0.8, 0.9, 1.0)))
+
+
+@THEME.case(
+    19,
+    "residual-bounds-the-error",
+    "glass balls on a mirror at depth 2, 4, 6 against depth 14",
+    "|error| <= residual x L_max in every pixel",
+    1e-6,
+    "excess radiance",
+)
+def _() -> Measured:
+    scene = deep_scene()
+    deep = build.shoot(scene, max_depth=14)
+    brightest = 1.0 + 0.05 * 14  # the world, and what the board adds at each of at most 14 bounces
+    worst, largest_error = -np.inf, 0.0
+    for depth in (2, 4, 6):
+        film = build.shoot(scene, max_depth=depth)
+        error = np.abs(film.radiance.astype(np.float64) - deep.radiance).max(-1)
+        worst = max(worst, float((error - film.residual * brightest).max()))
+        largest_error = max(largest_error, float(error.max()))
+    return Measured(max(worst, 0.0), f"errors up to {largest_error:.2f}", deep.radiance)
+
+
+# ------------------------------------------------------------------------------------------------ sliders
+
+
+def ball_scene(surface: Surface) -> Scene:
+    """A ball of this surface on a floor, lit, before a coloured world."""
+    lens = build.camera((0, -4, 1.2), (0, 0, 0.4), (0, 0, 1), (64, 48), 0.4)
+    ball = (build.icosphere(3, 1), surface, {"matrix_world": build.translation(0, 0, 0.5)})
+    lamp = PointLight("lamp", (2, -2, 4), (30, 30, 30))
+    board = (build.floor(3, -0.5), build.matte((0.5, 0.6, 0.7)))
+    return build.make_scene(ball, board, camera=lens, lights=(lamp,), world=World((0.2, 0.3, 0.4)))
+
+
+def differ(a: Surface, b: Surface) -> float:
+    """The largest difference between two surfaces."""
+    first, second = (build.shoot(ball_scene(s), max_depth=4).radiance for s in (a, b))
+    return largest(first, second)
+
+
+@THEME.case(
+    29, "opacity-one", "opacity 1 with IOR 1.5 and a tint against the plain surface", "the same picture, bit by bit", 0
+)
+def _() -> Measured:
+    return Measured(differ(build.matte(ior=1.5, transmission_tint=(1, 0, 0)), build.matte(ior=1.0)))
+
+
+@THEME.case(29, "opacity-zero", "opacity 0 of a bright against a black base colour", "the same picture, bit by bit", 0)
+def _() -> Measured:
+    bright = Surface(base_color=(1, 1, 1), specular=(0.5, 0.5, 0.5), opacity=0.0, ior=1.5)
+    return Measured(differ(bright, Surface(base_color=BLACK, opacity=0.0, ior=1.5)))
+
+
+@THEME.case(29, "reflectivity-one", "reflectivity 1 of any base colour, opacity and IOR", "a mirror, bit by bit", 0)
+def _() -> Measured:
+    odd = Surface(base_color=(1, 0, 0), specular=(1, 1, 1), reflectivity=1.0, opacity=0.3, ior=2.0)
+    return Measured(differ(odd, Surface(base_color=BLACK, reflectivity=1.0)))
+
+
+@THEME.case(29, "reflectivity-zero", "reflectivity 0 with a tint against none", "the same picture, bit by bit", 0)
+def _() -> Measured:
+    return Measured(differ(build.matte(reflectivity=0.0, reflection_tint=(0, 1, 0)), build.matte()))
+
+
+@THEME.case(29, "nearly-the-ends", "opacity 1e-8 and 1 - 1e-8, reflectivity 1e-8 and 1 - 1e-8", "as at the ends", 1e-6)
+def _() -> Measured:
+    found = []
+    for name in ("opacity", "reflectivity"):
+        base = build.matte(ior=1.5)
+        found += [differ(replace(base, **{name: e}), replace(base, **{name: round(e)})) for e in (1e-8, 1 - 1e-8)]
+    return Measured(max(found))
+
+
+@THEME.case(
+    29,
+    "what-is-left-out-changes-nothing",
+    "a scene with and without a hidden glass ball that switches every stage on",
+    "the same picture, bit by bit",
+    0,
+    "pixels",
+)
+def _() -> Measured:
+    plain = ball_scene(build.matte())
+    film = build.shoot(plain, max_depth=4)
+    # Inside the matte ball, where nothing sees it: the plan must trace secondary rays and emission all the same.
+    extra = Surface(base_color=BLACK, opacity=0.5, reflectivity=0.5, ior=1.5, emission=(1, 1, 1))
+    speck = Sphere("speck", (0.0, 0.0, 0.5), 1e-3, len(plain.surfaces))
+    fuller = build.shoot(replace(plain, surfaces=(*plain.surfaces, extra), spheres=(speck,)), max_depth=4)
+    names = ", ".join(sorted({str(entry["what"]) for entry in film.skipped}))
+    return Measured(different_pixels(film.radiance, fuller.radiance), f"left out: {names}")

@@ -1,0 +1,313 @@
+"""Which medium is on which side: inside, nested, touching, open, inverted and vanishingly thin glass."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..scene import Camera, PointLight, Scene, Sphere, Surface, TriangleMesh
+from . import build
+from .case import Measured, Theme
+from .compare import largest
+from .fresnel import normal_reflectance
+
+THEME = Theme("Media: nested, touching, open and thin glass")
+DEEP = 12
+"""Bounces at which what is left of a series of internal reflections is far below every tolerance here."""
+
+
+def transmission(*ratios: float) -> float:
+    """T of lossless parallel interfaces at normal incidence, all reflections in between: (1 - T) / T = sum R / (1 - R).
+
+    ratios : relative index of each interface, either way round.
+    """
+    loss = sum(normal_reflectance(q) / (1 - normal_reflectance(q)) for q in ratios)
+    return 1 / (1 + loss)
+
+
+def product(*ratios: float) -> float:
+    """T of the direct path alone."""
+    return float(np.prod([1 - normal_reflectance(q) for q in ratios]))
+
+
+def down(half: float = 1e-3) -> Camera:
+    """A camera of 2 x 2 parallel rays that looks straight down the z axis."""
+    lens = replace(build.camera(size=(2, 2)), projection="ORTHO")
+    return replace(lens, view_plane=(-half, half, -half, half))
+
+
+def spheres(*shells: tuple[float, float], **other: object) -> Scene:
+    """Concentric analytic balls of (radius, IOR) over a glowing floor in a black world."""
+    surfaces = [build.glass(ior) for _, ior in shells]
+    scene = build.make_scene((build.floor(9, -4), build.emitter()), surfaces=surfaces, **{"camera": down(), **other})
+    balls = tuple(Sphere(f"ball {k}", (0, 0, 0), radius, k) for k, (radius, _) in enumerate(shells))
+    return replace(scene, spheres=balls)
+
+
+def center_error(scene: Scene, expected: float, depth: int) -> Measured:
+    """|radiance - expected| of the rays through the middle, and what was seen."""
+    got = build.shoot(scene, max_depth=depth).radiance
+    return Measured(largest(got, expected), f"{got[0, 0, 0]:.6f}, expected {expected:.6f}")
+
+
+# ------------------------------------------------------------------------------------------------ nested
+
+
+@THEME.case(
+    11, "glass-in-water", "a glass ball in a water ball, straight through", "(1 - R(1.33))^2 (1 - R(1.5/1.33))^2", 1e-5
+)
+def _() -> Measured:
+    expected = product(1.33, 1.5 / 1.33, 1.5 / 1.33, 1.33)
+    return center_error(spheres((2.0, 1.33), (1.0, 1.5)), expected, 4)
+
+
+@THEME.case(8, "bubble-in-water", "an air ball (IOR 1) in a water ball, straight through", "(1 - R(1.33))^4", 1e-5)
+def _() -> Measured:
+    return center_error(spheres((2.0, 1.33), (1.0, 1.0)), product(1.33, 1.33, 1.33, 1.33), 4)
+
+
+@THEME.case(
+    11,
+    "glass-water-bubble",
+    "a bubble in water in glass, straight through",
+    "product of 1 - R over six interfaces",
+    1e-5,
+)
+def _() -> Measured:
+    ratios = (1.5, 1.33 / 1.5, 1.33)
+    return center_error(spheres((2.0, 1.5), (1.5, 1.33), (1.0, 1.0)), product(*ratios, *ratios), 6)
+
+
+@THEME.case(
+    8,
+    "bubble-by-either-description",
+    "camera in water looks at an air ball (IOR 1); the same as a ball of IOR 1/1.33 in nothing",
+    "the same picture",
+    1e-5,
+)
+def _() -> Measured:
+    lens = build.camera((0, -4, 0.5), (0, 0, 0), (0, 0, 1), (48, 48), 0.35)
+    wall = (build.box((-6, -6, -6), (6, 6, 6)), build.emitter(0.2, 0.2, 0.2))
+    lit = [
+        (build.icosphere(2, 0.4), build.emitter(1, 0.5, z / 4 + 0.5), {"matrix_world": build.translation(1.5, 1, z)})
+        for z in (-2, 0, 2)
+    ]
+    ball = Sphere("bubble", (0, 0, 0), 1.0, 0)
+    alone = build.make_scene(wall, *lit, camera=lens, surfaces=(build.glass(1 / 1.33),))
+    nested = build.make_scene(wall, *lit, camera=lens, surfaces=(build.glass(1.0), build.glass(1.33)))
+    sea = Sphere("sea", (0, 0, 0), 20.0, 1)  # its surface lies behind the walls
+    a = build.shoot(replace(alone, spheres=(ball,)), max_depth=6)
+    b = build.shoot(replace(nested, spheres=(ball, sea)), allow=("lost_media",), max_depth=6)
+    return Measured(largest(a.radiance, b.radiance), "", np.concatenate([a.radiance, b.radiance], axis=1))
+
+
+def slabs(gap: float) -> Scene:
+    """Glass on liquid, seen from above; gap > 0 leaves air between, gap < 0 lets the liquid reach into the glass."""
+    glass = (build.box((-9, -9, 0), (9, 9, 1)), build.glass(1.5))
+    liquid = (build.box((-9, -9, -1), (9, 9, -gap)), build.glass(1.33))
+    return build.make_scene(glass, liquid, (build.floor(9, -4), build.emitter()), camera=down())
+
+
+TOUCHING = (1.5, 1.5 / 1.33, 1.33)
+
+
+@THEME.case(
+    11,
+    "liquid-overlaps-glass",
+    "liquid that reaches 1e-2, 1e-3, 1e-4 m into the glass that holds it",
+    "one interface glass/liquid, whatever the overlap",
+    1e-3,
+)
+def _() -> Measured:
+    expected = transmission(*TOUCHING)
+    found = [center_error(slabs(-d), expected, DEEP) for d in (1e-2, 1e-3, 1e-4)]
+    return max(found, key=lambda m: m.value)
+
+
+@THEME.case(
+    11, "liquid-touches-glass", "liquid whose top coincides with the glass's bottom", "one interface glass/liquid", 1e-3
+)
+def _() -> Measured:
+    return center_error(slabs(0.0), transmission(*TOUCHING), DEEP)
+
+
+@THEME.case(
+    11,
+    "liquid-below-glass",
+    "an air gap of 1e-2, 1e-3, 1e-4 m between glass and liquid",
+    "four interfaces with air, whatever the gap",
+    1e-3,
+)
+def _() -> Measured:
+    expected = transmission(1.5, 1.5, 1.33, 1.33)
+    found = [center_error(slabs(d), expected, DEEP) for d in (1e-2, 1e-3, 1e-4)]
+    return max(found, key=lambda m: m.value)
+
+
+# ------------------------------------------------------------------------------------------------ camera inside
+
+
+@THEME.case(
+    12,
+    "camera-in-glass",
+    "camera in the middle of a glass ball, white world",
+    "1 - R(1.5) by the direct path; with the residual 1 (no n^2)",
+    1e-6,
+)
+def _() -> Measured:
+    lens = build.camera((0, 0, 0), (0, 0, -1), (0, 1, 0), (2, 2), 1e-4)
+    scene = build.make_scene(camera=lens, world=build.WHITE_WORLD, surfaces=(build.glass(1.5),))
+    film = build.shoot(replace(scene, spheres=(Sphere("ball", (0, 0, 0), 1.0, 0),)), max_depth=1)
+    error = max(largest(film.radiance, product(1.5)), largest(film.radiance + film.residual[..., None], 1))
+    return Measured(error, "Cycles' convention: radiance is not scaled by n^2 inside")
+
+
+@THEME.case(
+    12,
+    "camera-two-deep",
+    "camera in a glass ball in a water ball, white world",
+    "(1 - R(1.5/1.33)) (1 - R(1.33))",
+    1e-6,
+)
+def _() -> Measured:
+    lens = build.camera((0, 0, 0), (0, 0, -1), (0, 1, 0), (2, 2), 1e-4)
+    scene = build.make_scene(camera=lens, world=build.WHITE_WORLD, surfaces=(build.glass(1.5), build.glass(1.33)))
+    balls = (Sphere("glass", (0, 0, 0), 1.0, 0), Sphere("water", (0, 0, 0), 2.0, 1))
+    return center_error(replace(scene, spheres=balls), product(1.5 / 1.33, 1.33), 2)
+
+
+@THEME.case(
+    12,
+    "snells-window",
+    "camera under water looks up at a white sky",
+    "a disk of 48.75 degrees, black outside",
+    0.5,
+    "pixels of radius",
+)
+def _() -> Measured:
+    size = 96
+    lens = build.camera((0, 0, -0.5), (0, 0, 0), (0, 1, 0), (size, size), 1.6)
+    scene = build.make_scene(
+        (build.box((-50, -50, -9), (50, 50, 0)), build.glass(1.33)), camera=lens, world=build.WHITE_WORLD
+    )
+    film = build.shoot(scene, max_depth=1)
+    got = float(np.sqrt(np.count_nonzero(film.radiance[..., 0] > 0) / np.pi))
+    expected = np.tan(np.arcsin(1 / 1.33)) / 1.6 * size / 2
+    return Measured(abs(got - expected), f"{got:.2f} px, expected {expected:.2f} px", film.radiance)
+
+
+# ------------------------------------------------------------------------------------------------ open, inverted
+
+
+@THEME.case(
+    13,
+    "open-sheet",
+    "a single sheet of glass before a lamp, n = 1.5",
+    "the ray enters and never leaves: 1 - R1 = .96",
+    1e-6,
+)
+def _() -> Measured:
+    scene = build.make_scene((build.floor(9), build.glass(1.5)), (build.floor(9, -4), build.emitter()), camera=down())
+    got = build.shoot(scene, allow=("lost_media",), max_depth=3).radiance
+    return Measured(largest(got, product(1.5)), f"{got[0, 0, 0]:.6f}")
+
+
+@THEME.case(
+    13,
+    "open-sheet-furnace",
+    "an open sheet of glass, slanted, white world",
+    "radiance + residual = 1: not black, not NaN",
+    1e-6,
+)
+def _() -> Measured:
+    lens = build.camera((0.3, -2, 3), size=(32, 32), up=(0, 0, 1))
+    scene = build.make_scene((build.floor(1), build.glass(1.5)), camera=lens, world=build.WHITE_WORLD)
+    film = build.shoot(scene, allow=("lost_media",), max_depth=4)
+    return Measured(largest(film.radiance + film.residual[..., None], 1))
+
+
+def inverted(shape: TriangleMesh, every: int = 1) -> TriangleMesh:
+    """The mesh with every nth triangle turned over."""
+    triangles = shape.triangles.copy()
+    triangles[::every] = triangles[::every][:, [0, 2, 1]]
+    return replace(shape, triangles=triangles, corners=triangles)
+
+
+def turned_over(surface: Surface, every: int) -> Measured:
+    """How much turning triangles over changes a lit ball of this surface."""
+    lamp = PointLight("lamp", (2, -3, 4), (30, 30, 30))
+    ball, lens = build.icosphere(2), build.camera((0, -4, 1), (0, 0, 0), (0, 0, 1), (48, 48), 0.4)
+    found = [
+        build.shoot(
+            build.make_scene((b, surface), camera=lens, lights=(lamp,), world=build.WHITE_WORLD), max_depth=2
+        ).radiance
+        for b in (ball, inverted(ball, every))
+    ]
+    return Measured(largest(*found))
+
+
+@THEME.case(14, "inverted-matte", "a matte ball with all normals inward", "the same picture, bit by bit", 0)
+def _() -> Measured:
+    return turned_over(build.matte(), 1)
+
+
+@THEME.case(14, "inverted-mirror", "a mirror ball with all normals inward", "the same picture, bit by bit", 0)
+def _() -> Measured:
+    return turned_over(build.mirror(0.75), 1)
+
+
+@THEME.case(
+    14, "mixed-winding", "a matte ball with every third triangle turned over", "the same picture, bit by bit", 0
+)
+def _() -> Measured:
+    return turned_over(build.matte(), 3)
+
+
+@THEME.case(
+    14, "inverted-glass", "a glass ball with all normals inward", "the media swapped: a ball of IOR 1/1.5", 1e-6
+)
+def _() -> Measured:
+    lens = build.camera((0, -4, 1), (0, 0, 0), (0, 0, 1), (48, 48), 0.4)
+    stripes = [(build.floor(4, -2 - k / 4), build.emitter(k / 4, 0.5, 1 - k / 4)) for k in range(3)]
+    ball = build.icosphere(2)
+    cases = ((inverted(ball), build.glass(1.5)), (ball, build.glass(1 / 1.5)))
+    found = [build.shoot(build.make_scene(b, *stripes, camera=lens), max_depth=4).radiance for b in cases]
+    return Measured(largest(*found), "", found[0])
+
+
+# ------------------------------------------------------------------------------------------------ thin
+
+
+def thin(thickness: float, distance: float = 0.0) -> float:
+    """|T - (1 - R)/(1 + R)| of a plate so thin; a second body at `distance` keeps the scene's centre away."""
+    turn = build.rotation(26)
+    plate = (build.box((-1, -1, -thickness / 2), (1, 1, thickness / 2)), build.glass(1.5), {"matrix_world": turn})
+    lamp = (build.floor(2, -2), build.emitter(), {"matrix_world": turn})
+    parts = [plate, lamp]
+    if distance:
+        parts.append((build.box(), build.BLACK_BODY, {"matrix_world": build.translation(2 * distance, 0, 0)}))
+    up = turn[:3, 2]
+    lens = replace(build.camera(2 * up, (0, 0, 0), turn[:3, 1], (8, 8), 0.5), projection="ORTHO")
+    film = build.shoot(build.make_scene(*parts, camera=lens), max_depth=12)
+    return largest(film.radiance, transmission(1.5, 1.5))
+
+
+THIN = "the thin-wall limit T = (1 - R)/(1 + R) = .923077"
+
+
+@THEME.case(26, "thin-glass", "tilted plates 1e-2, 1e-3, 1e-4, 1e-5 m thick, 1 m wide", THIN, 1e-3)
+def _() -> Measured:
+    return Measured(max(thin(h) for h in (1e-2, 1e-3, 1e-4, 1e-5)))
+
+
+@THEME.case(26, "thinner-glass-than-float32", "tilted plates 1e-6, 1e-7, 1e-8 m thick", THIN, 1e-3)
+def _() -> Measured:
+    found = {h: thin(h) for h in (1e-6, 1e-7, 1e-8)}
+    worst = max(found, key=lambda h: found[h])
+    return Measured(found[worst], f"worst at {worst:g} m")
+
+
+@THEME.case(26, "thin-glass-a-kilometre-away", "a plate of 1e-4 m, 1 km from the centre of the scene", THIN, 1e-3)
+def _() -> Measured:
+    return Measured(thin(1e-4, 1e3))
