@@ -16,7 +16,7 @@ from .primitives import PrimitiveSet
 class CompiledScene:
     """Everything that worker threads share; read only after construction.
 
-    geometry, surfaces, world, lights, plan : see their modules; `lights` holds those that can light anything.
+    geometry, media, surfaces, world, lights, plan : see their modules; `lights` holds those that can light anything.
     seen_by_camera, seen_by_secondary : what camera rays and all later rays can hit.
     shadow_opaque, shadow_tinted      : blockers that end a shadow ray, and those that tint it.
     """
@@ -26,6 +26,7 @@ class CompiledScene:
         self.settings = settings
         prepared = prepare(scene, settings)
         self.geometry, self.surfaces, self.world = prepared.geometry, prepared.surfaces, prepared.world
+        self.media = prepared.media
         self.plan: Plan = prepared.plan
         self.lights = prepared.lights if self.plan.diffuse or self.plan.specular else []
         self._sets: dict[bytes, PrimitiveSet] = {}
@@ -48,6 +49,12 @@ class CompiledScene:
         if key not in self._sets:
             self._sets[key] = PrimitiveSet(self.geometry, members)
         return self._sets[key]
+
+    @cached_property
+    def solids(self) -> PrimitiveSet:
+        """The surfaces of all solids, to find those around the camera; built when first asked for."""
+        with self._lock:
+            return self._set(self.media.rank < self.media.count)
 
     @cached_property
     def flagged_only(self) -> PrimitiveSet:

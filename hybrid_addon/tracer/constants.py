@@ -31,6 +31,30 @@ BUDGET_UNIT = 2.0**-40
 MAX_SHADOW_CROSSINGS = 64
 """A shadow ray crosses at most so many non-opaque surfaces; then it counts as blocked."""
 
+MAX_PROBE_CROSSINGS = 64
+"""To find the solids around the camera, a ray crosses at most so many of their surfaces."""
+
+MAX_MEDIA = 8
+"""A ray is inside of at most so many solids at once; one more is not tracked, and counted."""
+
+MAX_PILE = 1024
+"""Among more transmitting solids than this it is not asked which of them touch."""
+
+THIN_WALL = 16 * FLOAT32_ULP
+"""A body whose mean thickness is less than this share of its largest coordinate is a thin wall.
+
+A ray that enters starts ORIGIN_OFFSET inside: measured, back faces nearer than 8 ulp are lost.
+"""
+
+THIN_CLEARANCE = np.float32(8)
+"""Rays leave a thin wall so many times further off than other surfaces: beyond both of its faces, 40 ulp > 16 + 5."""
+
+SWELLING = 64 * FLOAT32_ULP
+"""By how much a solid swells into one that it may touch, relative to the largest coordinate of both.
+
+More than two origin offsets (10 ulp) even at a corner of a cube, where faces move by 1 / sqrt(3) of it.
+"""
+
 MAX_RETRACES = 12
 """A hit behind its own ray is a rounding error of Embree; the ray is advanced and traced again, at most so often."""
 

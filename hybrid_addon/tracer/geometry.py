@@ -32,6 +32,7 @@ class Geometry:
     normals: Float32 | None  # (nt, 9) shading normals of the three corners; None: nothing is smooth
     smooth: Bools  # (np,) shading normals differ from the geometric one
     uvs: Float32 | None  # (nt, 6) of the three corners; None: no texture needs them
+    object: NDArray[np.intp]  # (np,) number of the instance; spheres and planes follow the instances
     surface: NDArray[np.intp]  # (np,) index into the surface table (intp: `take` need not convert it)
     ray_traced: Bools  # (np,) flagged by the artist
     camera: Bools  # (np,) visibility for camera rays,
@@ -65,6 +66,7 @@ class _Batch:
 
     mesh: TriangleMesh
     instances: list[Instance]
+    numbers: list[int]  # of the instances in the scene
     matrices: Float64  # (k, 4, 4)
     vertices: Float64  # (k, nv, 3)
 
@@ -80,7 +82,7 @@ def flatten(scene: Scene, uv_maps: Sequence[str | None], use_normals: bool = Tru
     center = _center(scene, batches, spheres)
     parts = [_realise(b, center, uv_maps, use_normals) for b in batches]
     mesh = _join(parts) if parts else _no_triangles()
-    return _assemble(mesh, center, spheres, planes)
+    return _assemble(mesh, center, spheres, planes, len(scene.instances))
 
 
 def _visible(thing: Instance | Sphere | Plane) -> bool:
@@ -90,14 +92,15 @@ def _visible(thing: Instance | Sphere | Plane) -> bool:
 
 def _batches(scene: Scene) -> Iterator[_Batch]:
     """Group the visible instances by mesh: numpy then works on all instances of a mesh at once."""
-    members: dict[int, list[Instance]] = {}
-    for instance in scene.instances:
+    members: dict[int, list[int]] = {}
+    for number, instance in enumerate(scene.instances):
         if _visible(instance) and len(scene.meshes[instance.mesh].triangles):
-            members.setdefault(instance.mesh, []).append(instance)
-    for mesh, instances in members.items():
+            members.setdefault(instance.mesh, []).append(number)
+    for mesh, numbers in members.items():
+        instances = [scene.instances[n] for n in numbers]
         matrices = np.array([i.matrix_world for i in instances], np.float64)
         local = scene.meshes[mesh].vertices.astype(np.float64)
-        yield _Batch(scene.meshes[mesh], instances, matrices, _transform(local, matrices))
+        yield _Batch(scene.meshes[mesh], instances, numbers, matrices, _transform(local, matrices))
 
 
 def _transform(points: Float64, matrices: Float64) -> Float64:
@@ -136,6 +139,7 @@ class _Triangles:
     normals: Float32 | None
     smooth: Bools
     uvs: Float32 | None
+    object: Int32
     surface: Int32
     flags: Bools  # (4, nt) ray_traced, camera, shadow, secondary
     dropped: int
@@ -158,7 +162,7 @@ def _realise(batch: _Batch, center: Float64, uv_maps: Sequence[str | None], use_
     surface = _surface_of_triangles(batch)
     flags = np.array([_flags(i) for i in batch.instances], bool).T
     corner_points = vertices[triangles]
-    facets, extent, sound = _facets(corner_points)
+    facets, extent, sound = facets_of(corner_points)
     normals = None
     if use_normals and mesh.normals is not None and corners is not None:
         normals = _corner_normals(mesh.normals, batch.matrices, sign, corners).reshape(-1, 9)
@@ -172,6 +176,7 @@ def _realise(batch: _Batch, center: Float64, uv_maps: Sequence[str | None], use_
         normals=None if normals is None else normals[sound],
         smooth=smooth[sound],
         uvs=None if uvs is None else uvs[sound],
+        object=np.repeat(np.array(batch.numbers, np.int32), nt)[sound],
         surface=surface[sound],
         flags=np.repeat(flags, nt, axis=1)[:, sound],
         dropped=int(len(sound) - np.count_nonzero(sound)),
@@ -199,7 +204,7 @@ def _surface_of_triangles(batch: _Batch) -> Int32:
     return worn[:, slots].reshape(-1)
 
 
-def _facets(points: Float32) -> tuple[Float64, Float32, Bools]:
+def facets_of(points: Float32) -> tuple[Float64, Float32, Bools]:
     """Plane equations, extents and soundness of (n, 3 corners, 3) float32 triangles, in float64."""
     rows = np.ascontiguousarray(points.reshape(-1, 9).T)  # reductions along the first axis are the fast ones
     p = rows.astype(np.float64)
@@ -259,7 +264,7 @@ def _no_triangles() -> _Triangles:
     none = np.zeros(0, np.int32)
     return _Triangles(
         np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32), np.zeros((0, 4)), np.zeros(0, np.float32),
-        None, np.zeros(0, bool), None, none, np.zeros((4, 0), bool), 0,
+        None, np.zeros(0, bool), None, none, none, np.zeros((4, 0), bool), 0,
     )  # fmt: skip
 
 
@@ -284,13 +289,16 @@ def _join(parts: list[_Triangles]) -> _Triangles:
         normals=either("normals", 9),
         smooth=np.concatenate([p.smooth for p in parts]),
         uvs=either("uvs", 6),
+        object=np.concatenate([p.object for p in parts]),
         surface=np.concatenate([p.surface for p in parts]),
         flags=np.concatenate([p.flags for p in parts], axis=1),
         dropped=sum(p.dropped for p in parts),
     )
 
 
-def _assemble(mesh: _Triangles, center: Float64, spheres: Sequence[Sphere], planes: Sequence[Plane]) -> Geometry:
+def _assemble(
+    mesh: _Triangles, center: Float64, spheres: Sequence[Sphere], planes: Sequence[Plane], instances: int
+) -> Geometry:
     """Append the analytic shapes to the triangles."""
     ns = len(spheres)
     sphere_center = np.array([s.center for s in spheres], np.float64).reshape(-1, 3) - center
@@ -315,6 +323,7 @@ def _assemble(mesh: _Triangles, center: Float64, spheres: Sequence[Sphere], plan
         normals=mesh.normals if mesh.smooth.any() else None,
         smooth=np.concatenate([mesh.smooth, np.zeros(len(analytic), bool)]),
         uvs=mesh.uvs,
+        object=np.concatenate([mesh.object, instances + np.arange(len(analytic))]).astype(np.intp),
         surface=np.concatenate([mesh.surface, np.array([a.surface for a in analytic], np.int32)]).astype(np.intp),
         ray_traced=flags[0],
         camera=flags[1],

@@ -1,18 +1,165 @@
 """Which medium lies on either side of a hit: the one place that decides the relative index of refraction.
 
-For now a surface bounds its own medium against air: coming from outside eta = ior, from inside 1 / ior. The next step,
-nested dielectrics (Schmidt & Budge 2002), gives every ray a stack of the surfaces it is inside of; `relative_ior` will
-then read its two sides from that stack, and whoever spawns a transmitted ray will push or pop.
+A *solid* is a closed body that transmits: a mesh whose every edge joins two triangles of like winding, facing outward,
+or an analytic sphere. Every ray carries the solids that it is inside of (nested dielectrics, Schmidt & Budge 2002), as
+rows of their ranks in no order. Where solids overlap, the one of the *lowest rank*, the smallest in size, displaces the
+others: the bubble the water, the water the glass. That is the same from whichever side a ray comes. The rules:
+
+* An IOR is that of the solid itself, against vacuum: a bubble in water is a solid of IOR 1.
+* An interface of a solid that another one displaces there is none: rays pass it unbent and unreflected, only tinted.
+* What is no solid - an open sheet, a body turned inside out - bounds its own medium against whatever it lies in, and
+  nobody tracks it: coming from outside eta = ior, from inside 1 / ior.
+* A body thinner than float32 resolves is a thin wall: both of its faces at once, T = (1 - R) / (1 + R), without bend.
+* Radiance is not scaled by n^2 when it changes media (Cycles' convention): a white world is white from within glass.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Float64
+from ..scene import Float32, Float64
+from .accel import traceable
+from .constants import MAX_PROBE_CROSSINGS
+from .primitives import PrimitiveSet
+from .rays import offset_origin, origin_offset
+from .tally import Tally
+
+Bools = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
+Stack = NDArray[np.int32]
 
 
-def relative_ior(ior: Float64, entering: NDArray[np.bool_]) -> Float64:
-    """eta (n,), transmitted over incident, for surfaces of index `ior` (n,) inside over outside."""
+def relative_ior(ior: Float64, entering: Bools) -> Float64:
+    """eta (n,), transmitted over incident, of surfaces of index `ior` (n,) inside over outside."""
     return np.where(entering, ior, 1 / ior)
+
+
+@dataclass(frozen=True, eq=False)
+class Media:
+    """The solids of a scene by rank, the smallest first; `count` stands for none, and for vacuum.
+
+    rank      : (np,) intp, the solid that each primitive bounds.
+    ior       : (count + 1,) float64 of the solids, then of vacuum, 1.
+    rows      : how many solids a ray can be inside of at once; 0: media are not tracked.
+    thin      : (np,) bool, primitives of thin walls; None: there are none.
+    low, high : (count, 3) float64, bounds of the solids.
+    """
+
+    rank: Numbers = field(default_factory=lambda: np.zeros(0, np.intp))
+    ior: Float64 = field(default_factory=lambda: np.ones(1))
+    rows: int = 0
+    thin: Bools | None = None
+    low: Float64 = field(default_factory=lambda: np.zeros((0, 3)))
+    high: Float64 = field(default_factory=lambda: np.zeros((0, 3)))
+
+    @property
+    def count(self) -> int:
+        """Number of solids."""
+        return len(self.ior) - 1
+
+    def empty(self, n: int) -> Stack:
+        """(rows, n): n rays in vacuum."""
+        return np.full((self.rows, n), self.count, np.int32)
+
+    def is_thin(self, prim: Numbers) -> Bools | None:
+        """(n,) whether hits are on thin walls; None: no primitive is one."""
+        return None if self.thin is None else self.thin.take(prim)
+
+    def eta(self, stack: Stack, prim: Numbers, ior: Float64, entering: Bools) -> Float64:
+        """Transmitted over incident index (n,) at primitives of index `ior` (n,); exactly 1 where nothing bends."""
+        stateless = relative_ior(ior, entering)
+        if self.rows == 0:
+            return stateless
+        own = self.rank.take(prim)
+        around = self._around(stack, own, entering)
+        visible = own < around
+        outer = self.ior.take(around)
+        tracked = np.where(visible, np.where(entering, ior / outer, outer / ior), 1.0)
+        return np.where(own < self.count, tracked, stateless)
+
+    def _around(self, stack: Stack, own: Numbers, entering: Bools) -> Numbers:
+        """Rank (n,) of the medium outside an interface of solid `own`: the lowest but for one appearance of it."""
+        lowest = np.full(stack.shape[1], self.count, np.int32)
+        skip = ~entering
+        for row in stack:
+            itself = skip & (row == own)
+            lowest = np.minimum(lowest, np.where(itself, np.int32(self.count), row))
+            skip &= ~itself
+        return lowest.astype(np.intp)
+
+    def cross(self, stack: Stack, prim: Numbers, entering: Bools, tally: Tally) -> Stack:
+        """The stack behind an interface. Leaving a solid that a ray is not in, or one too many, loses the medium."""
+        if self.rows == 0:
+            return stack
+        own = self.rank.take(prim)
+        old = np.where(entering, self.count, own)
+        new = np.where(entering, own, self.count)
+        pending = own < self.count
+        result = stack.copy()
+        for row in result:
+            here = pending & (row == old)
+            row[here] = new[here]
+            pending &= ~here
+        tally.add("lost_media", np.count_nonzero(pending))
+        return result
+
+    def count_lost(self, stack: Stack, tally: Tally) -> None:
+        """Count rays that leave the scene from within a solid."""
+        if self.rows:
+            tally.add("lost_media", np.count_nonzero((stack != self.count).any(axis=0)))
+
+    def around_camera(
+        self, origin: Float32, direction: Float32, solids: Callable[[], PrimitiveSet], tally: Tally
+    ) -> Stack:
+        """The stack (rows, n) at the start of camera rays: signed crossings along the ray backwards, solid by solid.
+
+        Nothing is traced unless some ray starts within the bounds of a solid.
+        """
+        n = origin.shape[1]
+        stack = self.empty(n)
+        if self.rows == 0 or n == 0:
+            return stack
+        sound = np.flatnonzero(traceable(origin, direction))
+        start = origin[:, sound].astype(np.float64)
+        low, high = start.min(axis=1, initial=np.inf), start.max(axis=1, initial=-np.inf)
+        if not ((self.low <= high) & (self.high >= low)).all(axis=1).any():
+            return stack
+        ray, solid, sign = self._crossings(origin[:, sound], -direction[:, sound], solids(), tally)
+        ray = sound[ray]
+        pairs, inverse = np.unique(ray * (self.count + 1) + solid, return_inverse=True)
+        within = pairs[np.bincount(inverse, sign, minlength=len(pairs)) > 0] if len(pairs) else pairs
+        self._fill(stack, within // (self.count + 1), within % (self.count + 1))
+        return stack
+
+    def _fill(self, stack: Stack, ray: Numbers, solid: Numbers) -> None:
+        """Put solids into the stacks of rays, both sorted by ray."""
+        first = np.searchsorted(ray, ray)
+        row = np.arange(len(ray)) - first
+        fits = row < self.rows
+        stack[row[fits], ray[fits]] = solid[fits]
+
+    def _crossings(
+        self, origin: Float32, direction: Float32, solids: PrimitiveSet, tally: Tally
+    ) -> tuple[Numbers, Numbers, Float64]:
+        """Every crossing of rays with solids: the ray, the rank of the solid, +1 for leaving and -1 for entering."""
+        rays, ranks, signs = [np.zeros(0, np.intp)], [np.zeros(0, np.intp)], [np.zeros(0)]
+        active = np.arange(origin.shape[1])
+        for _ in range(MAX_PROBE_CROSSINGS):
+            hits = solids.nearest(origin, direction, tally)
+            chosen = np.flatnonzero(hits.prim >= 0)
+            if len(chosen) == 0:
+                break
+            active, prim, toward = active[chosen], hits.prim[chosen].astype(np.intp), hits.toward[chosen]
+            rays.append(active)
+            ranks.append(self.rank.take(prim))
+            signs.append(np.where(toward > 0, 1.0, -1.0))
+            point = origin[:, chosen] + direction[:, chosen] * hits.t[chosen]
+            onward = hits.normal[:, chosen] * np.sign(toward)
+            extent = solids.geometry.extent.take(prim)
+            origin = offset_origin(point, onward, origin_offset(point.astype(np.float32), extent))
+            direction = direction[:, chosen]
+        return np.concatenate(rays), np.concatenate(ranks), np.concatenate(signs)

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from ..scene import Scene, Settings
 from .geometry import Geometry, flatten
 from .lights import CompiledLight, compile_lights
+from .media import Media
+from .solids import find_solids
 from .surfaces import SurfaceTable, compile_surfaces
 from .validate import validate
 from .world import CompiledWorld
@@ -52,6 +54,7 @@ class Prepared:
     """A scene as tables, before anything is built to trace it; `lights` are those that can light anything."""
 
     geometry: Geometry
+    media: Media
     surfaces: SurfaceTable
     world: CompiledWorld
     lights: list[CompiledLight]
@@ -62,10 +65,12 @@ def prepare(scene: Scene, settings: Settings) -> Prepared:
     """Compile a validated scene to tables and plan the work on it."""
     surfaces, world = compile_surfaces(scene.surfaces), CompiledWorld(scene.world)
     uv_maps = [None if s.base_color_texture is None else s.base_color_texture.uv_map for s in scene.surfaces]
-    geometry = flatten(scene, uv_maps)
+    geometry, media = find_solids(scene, flatten(scene, uv_maps), surfaces)
     lights = [light for light in compile_lights(scene.lights, geometry.center) if not light.is_black]
     plan = make_plan(geometry, surfaces, world, lights, len(scene.lights), settings)
-    return Prepared(geometry, surfaces, world, lights, plan)
+    if media.rows == 0:
+        plan.skipped.append({"what": "media around rays", "why": "no closed body transmits", "count": 1})
+    return Prepared(geometry, media, surfaces, world, lights, plan)
 
 
 def describe(scene: Scene, settings: Settings) -> Skipped:

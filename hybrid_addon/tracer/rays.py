@@ -22,6 +22,7 @@ class Rays:
     depth             : (n,) int16, bounces so far.
     passes            : (n,) int16, index-matched surfaces passed unbent so far; they do not count as bounces.
     t_max             : (n,) float32, camera clip end for camera rays, else inf.
+    media             : (rows, n) int32, ranks of the solids that the ray is inside of (see `media`).
     camera            : (n,) bool, still a camera ray: it has at most passed straight through surfaces.
     """
 
@@ -32,6 +33,7 @@ class Rays:
     depth: NDArray[np.int16]
     passes: NDArray[np.int16]
     t_max: Float32
+    media: NDArray[np.int32]
     camera: NDArray[np.bool_]
 
     def __len__(self) -> int:
@@ -44,7 +46,7 @@ class Rays:
         return Rays(*(take(getattr(self, name), index) for name in FIELDS))
 
 
-FIELDS = ("origin", "direction", "throughput", "sample", "depth", "passes", "t_max", "camera")
+FIELDS = ("origin", "direction", "throughput", "sample", "depth", "passes", "t_max", "media", "camera")
 
 
 def concatenate(waves: list[Rays]) -> Rays:
@@ -55,11 +57,18 @@ def concatenate(waves: list[Rays]) -> Rays:
     return Rays(*(np.concatenate([getattr(w, name) for w in waves], axis=-1) for name in FIELDS))
 
 
-def camera_rays(origin: Float32, direction: Float32, t_max: Float32, sample: NDArray[np.intp]) -> Rays:
+def camera_rays(
+    origin: Float32,
+    direction: Float32,
+    t_max: Float32,
+    sample: NDArray[np.intp],
+    media: NDArray[np.int32] | None = None,
+) -> Rays:
     """The first wave."""
     n = origin.shape[1]
+    media = np.zeros((0, n), np.int32) if media is None else media
     none = np.zeros(n, np.int16)
-    return Rays(origin, direction, np.ones((3, n), np.float32), sample, none, none, t_max, np.ones(n, bool))
+    return Rays(origin, direction, np.ones((3, n), np.float32), sample, none, none, t_max, media, np.ones(n, bool))
 
 
 def origin_offset(point: Float32, extent: Float32) -> Float32:

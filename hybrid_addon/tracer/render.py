@@ -163,7 +163,7 @@ class _Frame:
         )
         self._skip("rays", "their share of the picture is within the cutoff", counts["cut"])
         kinds = ("camera", "reflected", "refracted", "straight", "shadow", "shadow_steps", "dropped")
-        invariants = ("self_hits", "barycentrics_out_of_range", "negative_radiance", "nan_pixels")
+        invariants = ("lost_media", "self_hits", "barycentrics_out_of_range", "negative_radiance", "nan_pixels")
         return Film(
             radiance=radiance,
             coverage=coverage,
@@ -172,7 +172,6 @@ class _Frame:
             time={p: {"wall": tally.wall[p], "cpu": tally.cpu[p]} for p in ("build", "intersect", "occluded", "shade")},
             invariants={
                 "dropped_rays": counts["dropped"],
-                "lost_media": 0,
                 **{name: counts[name] for name in invariants},
             },
             skipped=self.skipped,
@@ -226,10 +225,11 @@ class _Frame:
             else:
                 film_x, film_y = np.asarray(x + 0.5, np.float64), np.asarray(y + 0.5, np.float64)
             geometry = self.scene.geometry
-            rays = camera_rays(
-                *generate_rays(self.scene.camera, film_x, film_y, geometry.center, geometry.bounds_radius()),
-                sample=np.arange(len(pixels) * work.count),
+            origin, direction, t_max = generate_rays(
+                self.scene.camera, film_x, film_y, geometry.center, geometry.bounds_radius()
             )
+            media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, tally)
+            rays = camera_rays(origin, direction, t_max, np.arange(len(pixels) * work.count), media)
             tally.add("camera", len(rays))
             sums = Sums.zeros(len(pixels), work.count, self.settings.cutoff)
             trace_rays(self.scene, rays, work.seen, sums, tally, self._check)

@@ -11,7 +11,6 @@ from ..scene import Float32, Float64
 from .compiled import CompiledScene
 from .constants import MAX_STRAIGHT_PASSES
 from .interaction import Interaction
-from .media import relative_ior
 from .rays import Rays
 from .scattering import fresnel_dielectric, keep_outside, reflect, refract
 from .sums import Sums
@@ -48,25 +47,33 @@ def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: S
     if plan.reflection:
         waves.append(_reflected(rays, at, split, select(reflect_too), tally))
     if plan.refraction:
-        waves.append(_refracted(rays, at, split, select(transmit_too & split.bends), tally))
-        waves.append(_straight(rays, at, split, select(transmit_too & ~split.bends), t, tally))
+        waves.append(_refracted(scene, rays, at, split, select(transmit_too & split.bends), tally))
+        waves.append(_straight(scene, rays, at, split, select(transmit_too & ~split.bends), t, tally))
     return waves
 
 
 def _share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> _Split:
     """Share the light out among the mirror, the interface's reflection and its transmission."""
     table, n = scene.surfaces, len(rays)
-    interface = table.interface.take(at.surface)
-    bends = (interface > 0) & ~table.straight.take(at.surface)
+    interface, tint = table.interface.take(at.surface), table.tint.take(at.surface, axis=1)
+    thin = scene.media.is_thin(at.prim)
     fresnel, cos_i, eta = np.zeros(n, np.float32), np.zeros(n), np.ones(n)
-    bent = select(bends)
-    if count(bent, n):
-        cos_i[bent] = _cosine(take(at.wo, bent), take(at.n_shading, bent))
-        eta[bent] = relative_ior(table.ior.take(take(at.surface, bent)), take(at.entering, bent))
-        fresnel[bent] = fresnel_dielectric(cos_i[bent], eta[bent])
+    optical = select(interface > 0)
+    if count(optical, n):
+        outside = at.entering if thin is None else at.entering | thin
+        ior, prim = table.ior.take(take(at.surface, optical)), take(at.prim, optical)
+        cos_i[optical] = _cosine(take(at.wo, optical), take(at.n_shading, optical))
+        eta[optical] = scene.media.eta(take(rays.media, optical), prim, ior, take(outside, optical))
+        fresnel[optical] = fresnel_dielectric(cos_i[optical], eta[optical])
+    bends = eta != 1
+    if thin is not None:
+        # Both faces at once: R + T^2 R (1 + R^2 + ...) = 2 R / (1 + R), and two crossings' tint.
+        fresnel = np.where(thin, 2 * fresnel / (1 + fresnel), fresnel)
+        tint = np.where(thin, tint * tint, tint)
+        bends &= ~thin
     return _Split(
         reflected=rays.throughput * (table.mirror.take(at.surface, axis=1) + interface * fresnel),
-        transmitted=rays.throughput * (table.tint.take(at.surface, axis=1) * (interface * (1 - fresnel))),
+        transmitted=rays.throughput * (tint * (interface * (1 - fresnel))),
         bends=bends,
         cos_i=cos_i,
         eta=eta,
@@ -114,7 +121,7 @@ def _within(rays: Rays, weight: Float32, limit: Bools, sums: Sums) -> Bools:
 
 
 def _child(rays: Rays, index: Index, origin: Float32, direction: Float32, weight: Float32) -> Rays:
-    """Rays one bounce deeper."""
+    """Rays one bounce deeper, in the same medium."""
     n = origin.shape[1]
     return Rays(
         origin=origin,
@@ -124,6 +131,7 @@ def _child(rays: Rays, index: Index, origin: Float32, direction: Float32, weight
         depth=take(rays.depth, index) + np.int16(1),
         passes=take(rays.passes, index),
         t_max=np.full(n, np.inf, np.float32),
+        media=take(rays.media, index),
         camera=np.zeros(n, bool),
     )
 
@@ -137,7 +145,7 @@ def _reflected(rays: Rays, at: Interaction, split: _Split, index: Index, tally: 
     return _child(rays, index, take(at.outer, index), direction, split.reflected)
 
 
-def _refracted(rays: Rays, at: Interaction, split: _Split, index: Index, tally: Tally) -> Rays:
+def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: _Split, index: Index, tally: Tally) -> Rays:
     wo, n_shading = take(at.wo, index), take(at.n_shading, index)
     cos_i, eta = take(split.cos_i, index), take(split.eta, index)
     bent = refract(wo.astype(np.float64), n_shading.astype(np.float64), cos_i, eta)
@@ -145,15 +153,20 @@ def _refracted(rays: Rays, at: Interaction, split: _Split, index: Index, tally: 
     if at.n_shading is not at.n_geometric:
         direction = keep_outside(direction, -take(at.n_geometric, index), wo)
     tally.add("refracted", direction.shape[1])
-    return _child(rays, index, at.inner(index), direction, split.transmitted)
+    child = _child(rays, index, at.inner(index), direction, split.transmitted)
+    child.media = scene.media.cross(child.media, take(at.prim, index), take(at.entering, index), tally)
+    return child
 
 
-def _straight(rays: Rays, at: Interaction, split: _Split, index: Index, t: Float64, tally: Tally) -> Rays:
+def _straight(
+    scene: CompiledScene, rays: Rays, at: Interaction, split: _Split, index: Index, t: Float64, tally: Tally
+) -> Rays:
     """Rays through index-matched surfaces: the same ray goes on behind, and no bounce is spent."""
     child = _child(rays, index, at.inner(index), take(rays.direction, index), split.transmitted)
     child.depth -= np.int16(1)
     child.passes = child.passes + np.int16(1)
     child.t_max = (take(rays.t_max, index) - take(t, index)).astype(np.float32)
     child.camera = take(rays.camera, index)
+    child.media = scene.media.cross(child.media, take(at.prim, index), take(at.entering, index), tally)
     tally.add("straight", len(child))
     return child

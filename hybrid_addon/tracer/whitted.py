@@ -42,7 +42,7 @@ def trace_rays(
             first = False
 
         # Let escaped rays see the world.
-        _add_escaped(scene, rays, select(~hit), sums)
+        _add_escaped(scene, rays, select(~hit), sums, tally)
 
         # Recompute the hits from the exact geometry.
         chosen = select(hit)
@@ -105,7 +105,7 @@ def _count_camera_rays(
     return rays, hits, take(hit, kept)
 
 
-def _add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums) -> None:
+def _add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums, tally: Tally) -> None:
     """Add the world's radiance; behind a see-through film a ray that passed straight through all sees no world."""
     if count(escaped, len(rays)) == 0:
         return
@@ -114,6 +114,7 @@ def _add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums) -
         straight = gone.take(select(gone.camera))
         sums.add_seen(straight.sample, -straight.throughput.max(axis=0))
         gone = gone.take(select(~gone.camera))
+    scene.media.count_lost(gone.media[:, ~gone.camera], tally)
     if len(gone) and not scene.world.is_black:
         sums.add_radiance(gone.sample, gone.throughput * scene.world.radiance(gone.direction))
 

@@ -15,10 +15,15 @@ class Oracle:
     def __init__(self, scene, max_depth):
         self.scene, self.max_depth = scene, max_depth
         triangles, surfaces = [], []
+        self.body, self.size = [], []  # of each triangle: its instance; of each instance: its size if it is a solid
         for i in scene.instances:
             mesh, m = scene.meshes[i.mesh], np.asarray(i.matrix_world)
             v = mesh.vertices.astype(float) @ m[:3, :3].T + m[:3, 3]
             triangles.append(v[mesh.triangles])
+            self.body += [len(self.size)] * len(mesh.triangles)
+            s = scene.surfaces[i.surfaces[0]]
+            clear = s.opacity < 1 and s.reflectivity < 1 and len(mesh.vertices) == 8  # a box, not a sheet
+            self.size.append(np.linalg.norm(v.max(0) - v.min(0)) if clear else None)
             surfaces += [scene.surfaces[i.surfaces[0]]] * len(mesh.triangles)
         self.surfaces = surfaces
         t = np.concatenate(triangles)
@@ -60,7 +65,14 @@ class Oracle:
                 through = through * s.transmission_tint
         return through
 
-    def radiance(self, o, d, depth=0):
+    def ior(self, body):
+        return 1.0 if body is None else self.scene.surfaces[self.scene.instances[body].surfaces[0]].ior
+
+    def medium(self, bodies):
+        """The smallest of the bodies that a point is inside of; None for vacuum."""
+        return min(bodies, key=lambda b: self.size[b], default=None)
+
+    def radiance(self, o, d, depth=0, inside=frozenset()):
         hits = self.hits(o, d)
         if not hits:
             return np.array(self.scene.world.radiance)
@@ -83,16 +95,23 @@ class Oracle:
                     p + n * TINY, light.position
                 )
         result += (1 - s.reflectivity) * s.opacity * local
-        eta = s.ior if entering else 1 / s.ior
+        body = self.body[k]
+        beyond = inside
+        if self.size[body] is None:
+            eta = s.ior if entering else 1 / s.ior
+        else:
+            assert entering != (body in inside)
+            beyond = inside | {body} if entering else inside - {body}
+            eta = self.ior(self.medium(beyond)) / self.ior(self.medium(inside))
         f = self.fresnel(cos, eta)
         share = (1 - s.reflectivity) * (1 - s.opacity)
         reflected = s.reflectivity * np.array(s.reflection_tint) + share * f
         if reflected.any() and depth < self.max_depth:
-            result += reflected * self.radiance(p + n * TINY, d + 2 * cos * n, depth + 1)
+            result += reflected * self.radiance(p + n * TINY, d + 2 * cos * n, depth + 1, inside)
         passed = share * (1 - f) * np.array(s.transmission_tint)
-        if passed.any() and (depth < self.max_depth or s.ior == 1):
+        if passed.any() and (depth < self.max_depth or eta == 1):
             wt = d / eta + (cos / eta - np.sqrt(1 - (1 - cos * cos) / eta**2)) * n
-            result += passed * self.radiance(p - n * TINY, wt, depth + (s.ior != 1))
+            result += passed * self.radiance(p - n * TINY, wt, depth + (eta != 1), beyond)
         return result
 
     def picture(self):

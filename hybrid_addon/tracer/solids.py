@@ -1,0 +1,197 @@
+"""Finding the solids of a scene: closed bodies that transmit, their order, and those too thin to be solids.
+
+Solids that touch are made to overlap: where two surfaces coincide, Embree finds either, and a ray's new origin lies
+beyond both. So among solids whose bounds meet the smaller one swells by SWELLING, more than an origin's offset and less
+than any pixel; it then displaces the larger one (see `media`), and what was a lottery is one clean interface.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float64, Int32, Scene, TriangleMesh
+from .constants import MAX_MEDIA, MAX_PILE, SWELLING, THIN_CLEARANCE, THIN_WALL
+from .geometry import Geometry, facets_of
+from .media import Media
+from .surfaces import SurfaceTable
+from .vectors import cross, dot
+
+Bools = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
+
+
+@dataclass(eq=False)
+class _Bodies:
+    """Candidates for solids, one column each: closed meshes that transmit, then spheres.
+
+    first, size : (b,) their primitives first .. first + size - 1.
+    low, high   : (b, 3) bounds.   extent : (b,) largest |coordinate|.   thickness : (b,) signed, 2 volume / area.
+    """
+
+    first: Numbers
+    size: Numbers
+    low: Float64
+    high: Float64
+    extent: Float64
+    thickness: Float64
+
+    def take(self, index: Numbers) -> _Bodies:
+        """The bodies `index`, in that order."""
+        return _Bodies(*(getattr(self, n)[index] for n in ("first", "size", "low", "high", "extent", "thickness")))
+
+
+def find_solids(scene: Scene, geometry: Geometry, table: SurfaceTable) -> tuple[Geometry, Media]:
+    """The media of a scene, and its geometry with touching solids swollen and thin walls marked by a larger extent."""
+    transmits = table.transmits[geometry.surface]
+    if not (table.refracts[geometry.surface]).any():
+        return geometry, Media()
+    bodies = _bodies(scene, geometry, transmits)
+    is_thin = np.abs(bodies.thickness) < THIN_WALL * bodies.extent
+    thin = np.zeros(len(transmits), bool)
+    thin[_primitives(bodies.take(np.flatnonzero(is_thin)))] = True
+    if thin.any():
+        geometry = replace(geometry, extent=np.where(thin, THIN_CLEARANCE * geometry.extent, geometry.extent))
+    solids = bodies.take(np.flatnonzero((bodies.thickness > 0) & ~is_thin))
+    diagonal = ((solids.high - solids.low) ** 2).sum(axis=1)
+    solids = solids.take(np.lexsort((solids.first, diagonal)))
+    geometry, rows = _swell(geometry, solids)
+    rank = np.full(len(transmits), len(solids.first))
+    rank[_primitives(solids)] = np.repeat(np.arange(len(solids.first)), solids.size)
+    ior = _index_of(geometry, table, transmits, solids)
+    return geometry, Media(rank, np.append(ior, 1.0), rows, thin if thin.any() else None, solids.low, solids.high)
+
+
+def _primitives(bodies: _Bodies) -> Numbers:
+    """All primitives of bodies, body by body."""
+    parts = [np.arange(f, f + n) for f, n in zip(bodies.first.tolist(), bodies.size.tolist(), strict=True)]
+    return np.concatenate([np.zeros(0, np.intp), *parts])
+
+
+def _index_of(geometry: Geometry, table: SurfaceTable, transmits: Bools, solids: _Bodies) -> Float64:
+    """IOR (b,) of each solid as others see it: that of its first primitive that transmits."""
+    clear = np.flatnonzero(transmits)
+    first = clear[np.searchsorted(clear, solids.first)] if len(solids.first) else solids.first
+    return table.ior[geometry.surface[first]]
+
+
+def _bodies(scene: Scene, geometry: Geometry, transmits: Bools) -> _Bodies:
+    """Closed bodies that transmit and that all rays can see."""
+    g, nt, ns = geometry, geometry.triangle_count, geometry.sphere_count
+    seen = g.camera & g.secondary
+    start = np.flatnonzero(np.diff(g.object[:nt], prepend=-1))
+    size = np.diff(start, append=nt)
+    clear = np.logical_or.reduceat(transmits[:nt], start) if len(start) else np.zeros(0, bool)
+    chosen = np.flatnonzero(clear & seen[start])
+    closed: dict[int, bool] = {}
+    for body in g.object[start[chosen]].tolist():
+        mesh = scene.instances[body].mesh
+        if mesh not in closed:
+            closed[mesh] = is_closed(scene.meshes[mesh])
+    kept = [i for i in chosen.tolist() if closed[scene.instances[g.object[start[i]]].mesh]]
+    start, size = start[kept], size[kept]
+    low, high, extent, thickness = _measure(g, start, size)
+    balls = np.flatnonzero((transmits & seen)[nt : nt + ns])
+    center, radius = g.sphere_center[balls], g.sphere_radius[balls]
+    return _Bodies(
+        np.concatenate([start, balls + nt]),
+        np.concatenate([size, np.ones(len(balls), np.intp)]),
+        np.concatenate([low, center - radius[:, None]]),
+        np.concatenate([high, center + radius[:, None]]),
+        np.concatenate([extent, g.extent[balls + nt]]),
+        np.concatenate([thickness, radius * (2 / 3)]),
+    )
+
+
+def _measure(g: Geometry, start: Numbers, size: Numbers) -> tuple[Float64, Float64, Float64, Float64]:
+    """Bounds (b, 3), extents (b,) and signed thicknesses 2 V / A (b,) of meshes given by their runs of triangles."""
+    if len(start) == 0:
+        none = np.zeros((0, 3)), np.zeros(0)
+        return none[0], none[0], none[1], none[1]
+    prims = np.concatenate([np.arange(f, f + n) for f, n in zip(start.tolist(), size.tolist(), strict=True)])
+    runs = np.concatenate([[0], np.cumsum(size)[:-1]])
+    corners = g.vertices[g.triangles[prims]].astype(np.float64)
+    low = np.minimum.reduceat(corners.min(axis=1), runs, axis=0)
+    high = np.maximum.reduceat(corners.max(axis=1), runs, axis=0)
+    a, b, c = ((corners[:, i] - np.repeat((low + high) / 2, size, axis=0)).T for i in range(3))
+    normal = cross(b - a, c - a)
+    area2 = np.add.reduceat(np.sqrt(dot(normal, normal)), runs)
+    volume6 = np.add.reduceat(dot(a, cross(b, c)), runs)
+    return low, high, np.maximum.reduceat(g.extent[prims], runs).astype(np.float64), 2 / 3 * volume6 / area2
+
+
+def is_closed(mesh: TriangleMesh) -> bool:
+    """Whether every edge is walked once each way: by vertex numbers, or else by the places of the vertices."""
+    used = mesh.vertices[np.unique(mesh.triangles)]
+    if not np.isfinite(used).all():
+        return False
+    if _edges_match(mesh.triangles, len(mesh.vertices)):
+        return True
+    _, place = np.unique(mesh.vertices, axis=0, return_inverse=True)
+    return _edges_match(place.reshape(-1)[mesh.triangles].astype(np.int32), len(mesh.vertices))
+
+
+def _edges_match(triangles: Int32, nv: int) -> bool:
+    a, b = triangles.astype(np.int64).ravel(), triangles[:, [1, 2, 0]].astype(np.int64).ravel()
+    keys, inverse = np.unique(np.minimum(a, b) * nv + np.maximum(a, b), return_inverse=True)
+    walked = np.bincount(inverse.reshape(-1), np.sign(b - a), minlength=len(keys))
+    return not walked.any()
+
+
+# ------------------------------------------------------------------------------------------------ touching solids
+
+
+def _swell(geometry: Geometry, solids: _Bodies) -> tuple[Geometry, int]:
+    """Let smaller solids swell into those that they may touch; and how many solids a ray may be in at once."""
+    count = len(solids.first)
+    if count == 0:
+        return geometry, 0
+    if count > MAX_PILE:
+        return geometry, MAX_MEDIA
+    gap = SWELLING * solids.extent[:, None]
+    low, high = (solids.low - gap)[:, None], (solids.high + gap)[:, None]
+    meets = (low <= solids.high).all(axis=2) & (high >= solids.low).all(axis=2)
+    meets = meets | meets.T
+    np.fill_diagonal(meets, False)
+    rows = min(MAX_MEDIA, 2 + int(np.max(meets.sum(axis=1))))  # a solid may overlap itself
+    level = np.zeros(count)
+    for i in range(count - 2, -1, -1):
+        above = level[i + 1 :][meets[i, i + 1 :]]
+        level[i] = 1 + above.max() if len(above) else 0
+    scale = np.max(np.where(meets, solids.extent, 0.0), axis=1)
+    amount = level * SWELLING * np.maximum(scale, solids.extent)
+    return (_swollen(geometry, solids, amount) if amount.any() else geometry), rows
+
+
+def _swollen(g: Geometry, solids: _Bodies, amount: Float64) -> Geometry:
+    """Move the vertices of solids outward by `amount` (b,), along the mean normals of their places."""
+    vertices, facets, extent, radius = g.vertices.copy(), g.facets.copy(), g.extent.copy(), g.sphere_radius.copy()
+    for body in np.flatnonzero(amount).tolist():
+        prims = slice(int(solids.first[body]), int(solids.first[body] + solids.size[body]))
+        if prims.start >= g.triangle_count:
+            radius[prims.start - g.triangle_count] += amount[body]
+            continue
+        triangles = g.triangles[prims]
+        used, corner = np.unique(triangles, return_inverse=True)
+        points = g.vertices[used].astype(np.float64)
+        normal = _place_normals(points, corner.reshape(-1, 3))
+        vertices[used] = (points + amount[body] * normal).astype(np.float32)
+        moved, size, sound = facets_of(vertices[triangles])
+        facets[prims] = np.where(sound[:, None], moved, facets[prims])
+        extent[prims] = np.maximum(size, extent[prims])
+    return replace(g, vertices=vertices, facets=facets, extent=extent, sphere_radius=radius)
+
+
+def _place_normals(points: Float64, triangles: Numbers) -> Float64:
+    """Unit normals (n, 3) of vertices, area weighted over all triangles that touch their place."""
+    a, b, c = (points[triangles[:, i]].T for i in range(3))
+    face = cross(b - a, c - a)
+    _, place = np.unique(points, axis=0, return_inverse=True)
+    place = place.reshape(-1)
+    total = np.stack(
+        [np.bincount(place[triangles].ravel(), np.repeat(face[i], 3), minlength=int(place.max()) + 1) for i in range(3)]
+    )
+    length = np.sqrt(dot(total, total))
+    return np.asarray((total / np.where(length > 0, length, 1.0)).T[place])
