@@ -159,7 +159,7 @@ def _swell(geometry: Geometry, solids: _Bodies) -> tuple[Geometry, int]:
     level = np.zeros(count)
     for i in range(count - 2, -1, -1):
         above = level[i + 1 :][meets[i, i + 1 :]]
-        level[i] = 1 + above.max() if len(above) else 0
+        level[i] = 1 + np.max(above) if len(above) else 0
     scale = np.max(np.where(meets, solids.extent, 0.0), axis=1)
     amount = level * SWELLING * np.maximum(scale, solids.extent)
     return (_swollen(geometry, solids, amount) if amount.any() else geometry), rows
@@ -191,7 +191,10 @@ def _place_normals(points: Float64, triangles: Numbers) -> Float64:
     _, place = np.unique(points, axis=0, return_inverse=True)
     place = place.reshape(-1)
     total = np.stack(
-        [np.bincount(place[triangles].ravel(), np.repeat(face[i], 3), minlength=int(place.max()) + 1) for i in range(3)]
+        [
+            np.bincount(place[triangles].ravel(), np.repeat(face[i], 3), minlength=int(np.max(place)) + 1)
+            for i in range(3)
+        ]
     )
     length = np.sqrt(dot(total, total))
     return np.asarray((total / np.where(length > 0, length, 1.0)).T[place])

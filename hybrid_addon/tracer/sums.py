@@ -20,6 +20,7 @@ class Sums:
 
     radiance : (3, m)   seen : (m,) samples that count   residual : (m,) throughput that was cut off
     limit    : throughput, in units of BUDGET_UNIT, that each sample may lose to the cutoff; 0: none.
+    allowed  : how much of it each sample may have lost by now (see `begin_wave`).
     spent    : (m count,) int64, throughput that each sample has lost so far, in the same units; (0,) without a limit.
     """
 
@@ -28,6 +29,7 @@ class Sums:
     residual: Float64
     count: int = 1
     limit: int = 0
+    allowed: int = 0
     spent: NDArray[np.int64] | None = None
 
     @classmethod
@@ -35,8 +37,22 @@ class Sums:
         """Nothing yet. cutoff: throughput that each sample may lose."""
         limit = int(cutoff / BUDGET_UNIT)
         return cls(
-            np.zeros((3, m)), np.zeros(m), np.zeros(m), count, limit, np.zeros(m * count, np.int64) if limit else None
+            np.zeros((3, m)),
+            np.zeros(m),
+            np.zeros(m),
+            count,
+            limit,
+            limit,
+            np.zeros(m * count, np.int64) if limit else None,
         )
+
+    def begin_wave(self, number: int, max_depth: int) -> None:
+        """Release the budget in equal parts, bounce by bounce.
+
+        Spent at once it would go to the first small branches, and nothing would be left to prune the many, tinier ones
+        that grow from the others.
+        """
+        self.allowed = self.limit * min(number + 1, max_depth + 1) // (max_depth + 1)
 
     def add_radiance(self, sample: Numbers, contribution: Float32) -> None:
         """Add (3, n) to the pixels of samples (n,); bincount adds one after the other, in the order of the arrays."""
@@ -66,14 +82,14 @@ class Sums:
         result = np.zeros(len(weight), bool)
         if self.spent is None:
             return result
-        candidates = np.flatnonzero((weight > 0) & (weight <= np.float32(self.limit * BUDGET_UNIT)))
+        candidates = np.flatnonzero((weight > 0) & (weight <= np.float32(self.allowed * BUDGET_UNIT)))
         cost, owner = budget_units(weight[candidates]), sample[candidates]
         order = np.lexsort((cost, owner))  # stable: equal costs keep their order
         cost, owner = cost[order], owner[order]
         total = np.cumsum(cost)
         starts = np.flatnonzero(np.diff(owner, prepend=-1))
         before = np.repeat((total - cost)[starts], np.diff(starts, append=len(owner)))
-        affordable = total - before <= self.limit - self.spent[owner]
+        affordable = total - before <= self.allowed - self.spent[owner]
         result[candidates[order[affordable]]] = True
         return result
 

@@ -27,9 +27,11 @@ def trace_rays(
 
     first_seen : what camera rays can hit first.   check : called once a wave; raises to stop.
     """
-    first = True
+    first, wave = True, 0
     while len(rays):
         check()
+        sums.begin_wave(wave, scene.settings.max_depth)
+        wave += 1
         # Keep rays that Embree can digest; what a lost one could have brought is part of the error bound.
         rays = _drop_untraceable(rays, sums, tally)
 
