@@ -20,6 +20,9 @@ test: venv  ## Run the whole test suite (ARGS= goes to pytest)
 test-real: venv  ## Build, install and use the extension in the real Blender BLENDER= (XVFB_BLENDER=: one with a window)
 	$(RUN) tools/run_tests.py -v tests/real_blender/checks.py $(ARGS)
 
+stability: venv  ## Run the stiff and extreme cases: build/stability/stability.html and .json
+	$(RUN) -m hybrid_addon stability --output build/stability
+
 lint: venv  ## Style, banned imports, types
 	$(RUN) -m ruff check
 	$(RUN) -m ruff format --check
@@ -48,4 +51,4 @@ clean:  ## Remove what was built and rendered (not $(VENV))
 	rm -rf build dist wheels demo .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find hybrid_addon tests tools -name __pycache__ -prune -exec rm -rf {} +
 
-.PHONY: help demo test test-real lint format extension extension-local wheels venv clean
+.PHONY: help demo test test-real stability lint format extension extension-local wheels venv clean

@@ -159,6 +159,19 @@ def _plan(arguments: argparse.Namespace) -> None:
         _say(line, prefix="")
 
 
+# ------------------------------------------------------------------------------------------------ stability
+
+
+def _stability(arguments: argparse.Namespace) -> None:
+    from . import stability  # it imports the tracer: a missing library must not keep Blender from loading the add-on
+
+    stability.choose(arguments.only)  # a name that is not there: found out before a folder is made
+    _check_outputs([], arguments.output)
+    failed = stability.write(arguments.output, arguments.only, lambda text: _say(text, prefix=""))
+    if failed:
+        raise RuntimeError(f"{failed} cases are not within their tolerance")
+
+
 # ------------------------------------------------------------------------------------------------ checks
 
 
@@ -270,4 +283,11 @@ def _parser() -> argparse.ArgumentParser:
     plan.set_defaults(verb=_plan)
     plan.add_argument("file", type=Path, metavar="FILE")
     plan.add_argument("--json", action="store_true", help="as JSON")
+
+    table = verbs.add_parser("stability", help="run the stiff and extreme cases: value, tolerance, pass")
+    table.set_defaults(verb=_stability)
+    table.add_argument(
+        "--output", type=Path, required=True, metavar="DIR", help="for stability.html and stability.json"
+    )
+    table.add_argument("--only", nargs="+", default=[], metavar="NAME", help="these cases or themes only")
     return parser

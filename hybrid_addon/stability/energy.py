@@ -1,4 +1,4 @@
-"""Nothing is lost and nothing comes from nowhere: furnaces, the residual as an error bound, the ends of every slider."""
+"""Nothing is lost and nothing comes from nowhere: furnaces, the residual as an error bound, the ends of sliders."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..scene import Float32, Float64, Instance, PointLight, Scene, Surface, TriangleMesh, World
+from ..scene import Float32, Float64, Instance, PointLight, Surface, TriangleMesh, World
 from . import build
 from .case import Measured, Theme
 from .compare import different_pixels, largest, off_edges
