@@ -114,6 +114,31 @@ def _shading_normal(
     return result
 
 
+def shadow_origin(geometry: Geometry, hit: Interaction) -> Float32:
+    """Where shadow rays start (3, n): off the surface, on smooth triangles lifted to the curved one that it stands for.
+
+    Otherwise coarse facets shadow each other along the terminator. Hanika, Hacking the Shadow Terminator (Ray Tracing
+    Gems II, 2021): P' = P + sum b_i max(0, (v_i - P).n_i) n_i, towards the tangent planes of the corners.
+    """
+    if hit.n_shading is hit.n_geometric or geometry.normals is None:
+        return hit.outer
+    smooth = np.flatnonzero(geometry.smooth.take(hit.prim))
+    if len(smooth) == 0:
+        return hit.outer
+    prim, point = hit.prim[smooth], hit.point[:, smooth]
+    u, v = barycentrics(geometry, prim, point)
+    normals = geometry.normals.take(prim, axis=0).T * np.where(hit.entering[smooth], np.float32(1), np.float32(-1))
+    lifted = point.copy()
+    for i, weight in enumerate((1 - u - v, u, v)):
+        corner = geometry.vertices.take(geometry.triangles[prim, i], axis=0).T
+        n = normals[3 * i : 3 * i + 3].astype(np.float64)
+        lifted += n * (weight * np.maximum(dot(corner - point, n), 0))
+    result = hit.outer.copy()
+    facing = hit.n_geometric[:, smooth].astype(np.float64)
+    result[:, smooth] = offset_origin(lifted, facing, hit.offset[smooth])
+    return result
+
+
 def base_color(geometry: Geometry, surfaces: SurfaceTable, hit: Interaction) -> Float32:
     """Albedo (3, n) of hits, textures looked up."""
     color = surfaces.base_color.take(hit.surface, axis=1)

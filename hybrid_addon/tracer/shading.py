@@ -11,7 +11,7 @@ from ..scene import Float32
 from .accel import traceable
 from .compiled import CompiledScene
 from .constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
-from .interaction import Interaction, base_color
+from .interaction import Interaction, base_color, shadow_origin
 from .lights import CompiledLight, Illumination, illuminate, shadow_rays
 from .rays import offset_origin, origin_offset
 from .scattering import fresnel_dielectric, phong, schlick
@@ -31,8 +31,9 @@ def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally) -> Floa
     if plan.diffuse or plan.specular:
         color *= table.diffuse.take(hit.surface) * INVERSE_PI
         point = hit.point.astype(np.float32)
+        origin = shadow_origin(scene.geometry, hit) if plan.shadows else hit.outer
         for light in scene.lights:
-            _add_light(scene, hit, point, light, color, radiance, tally)
+            _add_light(scene, hit, point, origin, light, color, radiance, tally)
     return radiance
 
 
@@ -40,19 +41,24 @@ def _add_light(
     scene: CompiledScene,
     hit: Interaction,
     point: Float32,
+    origin: Float32,
     light: CompiledLight,
     diffuse: Float32,
     radiance: Float32,
     tally: Tally,
 ) -> None:
-    """Add one light's share to radiance (3, n). diffuse: (3, n), albedo over pi with its weights."""
+    """Add one light's share to radiance (3, n). diffuse: (3, n), albedo over pi with its weights.
+
+    origin: (3, n), where shadow rays start. They tell whether light comes through the back of a smooth triangle.
+    """
     # Work out what would arrive if nothing were in between.
     lit = illuminate(light, point, hit.n_shading, hit.offset)
     arriving = diffuse * (lit.diffuse * np.float32(light.light.diffuse))
     if scene.plan.specular and light.light.specular != 0:
         arriving += _highlight(scene, hit, lit) * np.float32(light.light.specular)
-    # No light through the back of the true surface, whatever its smooth normal says.
-    arriving *= dot(lit.wi, hit.n_geometric) > 0
+    if light.light.cast_shadow and hit.n_shading is not hit.n_geometric:
+        # What casts no shadow, not even on itself, gets no light through its back.
+        arriving *= (dot(lit.wi, hit.n_geometric) > 0) | scene.geometry.shadow.take(hit.prim)
 
     # Trace shadow rays only where something would arrive.
     wanted = select((arriving != 0).any(axis=0))
@@ -60,7 +66,7 @@ def _add_light(
     chosen *= light.color
     if light.light.cast_shadow and scene.plan.shadows:
         tally.add("shadow_not_needed", len(hit.prim) - chosen.shape[1])
-        chosen *= _visibility(scene, light, take(hit.outer, wanted), tally)
+        chosen *= _visibility(scene, light, take(origin, wanted), tally)
     if isinstance(wanted, slice):
         radiance += chosen
     else:
