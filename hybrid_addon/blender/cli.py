@@ -169,7 +169,8 @@ def _stability(arguments: argparse.Namespace) -> None:
     _check_outputs([], arguments.output)
     failed = stability.write(arguments.output, arguments.only, lambda text: _say(text, prefix=""))
     if failed:
-        raise RuntimeError(f"{failed} cases are not within their tolerance")
+        some = "1 case is not within its" if failed == 1 else f"{failed} cases are not within their"
+        raise RuntimeError(f"{some} tolerance")
 
 
 # ------------------------------------------------------------------------------------------------ checks

@@ -112,10 +112,19 @@ class HybridSceneSettings(PropertyGroup):
     max_depth: IntProperty(  # type: ignore[valid-type]
         name="Max Bounces",
         description="How often a ray may be reflected or refracted after it left the camera",
-        default=8,
+        default=16,
         min=0,
         max=1024,
-        soft_max=32,
+        soft_max=64,
+    )
+    cutoff: FloatProperty(  # type: ignore[valid-type]
+        name="Cutoff",
+        description="Share of its light that a sample may lose to rays that would bring little; 0 follows every ray",
+        default=1 / 255,
+        min=0.0,
+        max=1.0,
+        soft_max=0.1,
+        precision=4,
     )
     light_falloff: EnumProperty(  # type: ignore[valid-type]
         name="Light Falloff",

@@ -7,6 +7,7 @@ own beside the open file and removes it again.
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
@@ -52,7 +53,13 @@ def write(folder: Path, names: Sequence[str], say: Callable[[str], None]) -> int
     for case, result in run(choose(names)):
         say(page.line(case, result))
         results.append((case, result))
-    versions = engine.versions()
+    known = engine.versions()
+    versions = {
+        "blender": known["blender"],
+        "embree": known["embree"],
+        "python": ".".join(map(str, sys.version_info[:3])),
+        "numpy": np.__version__,
+    }
     table = to_json(results, versions)
     html = page.render(results, versions)
     with images.atomic(folder / "stability.json") as data, images.atomic(folder / "stability.html") as text:
@@ -138,9 +145,7 @@ def _() -> Measured:
             b_scene.view_layers[0].update()
             b_depsgraph = b_scene.view_layers[0].depsgraph
             m = np.array(
-                b_scene.camera.calc_matrix_camera(
-                    b_depsgraph, x=width, y=height, scale_x=aspect[0], scale_y=aspect[1]
-                )
+                b_scene.camera.calc_matrix_camera(b_depsgraph, x=width, y=height, scale_x=aspect[0], scale_y=aspect[1])
             )
             left, right, bottom, top = view_plane(b_lens, (width, height), aspect)
             size = np.array([right - left, top - bottom])
@@ -221,7 +226,12 @@ def _() -> Measured:
 
 
 @THEME.case(
-    23, "odd-scales", "objects with scale 0 on one, two and three axes, 1e-3 : 1e3, and -1", "finite pixels", 0, "pixels"
+    23,
+    "odd-scales",
+    "objects with scale 0 on one, two and three axes, 1e-3 : 1e3, and -1",
+    "finite pixels",
+    0,
+    "pixels",
 )
 def _() -> Measured:
     wrong = 0

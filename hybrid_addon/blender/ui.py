@@ -79,6 +79,7 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
         column = layout.column()
         column.prop(settings, "samples")
         column.prop(settings, "max_depth")
+        column.prop(settings, "cutoff")
         column.prop(settings, "light_falloff")
         report = results.reports.get(scene.name)
         if report:

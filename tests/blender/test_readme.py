@@ -9,7 +9,7 @@ import pytest
 
 pytestmark = pytest.mark.blender
 README = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
-HIDDEN = {"rna_type", "name", "restore", "threads", "cutoff"}
+HIDDEN = {"rna_type", "name", "restore", "threads"}
 
 
 @pytest.mark.parametrize("owner", ["Object", "Scene"])
