@@ -14,15 +14,16 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "hybrid_addon"
-PURE = ("scene", "tracer", "compositor", "report")
+PURE = ("scene", "tracer", "compositor", "report", "stability")
 BLENDER_MODULES = ("bpy", "mathutils", "gpu", "bmesh", "bl_ui", "bpy_extras", "addon_utils")
 
 # Room: the rooms that it must never import. "" is the front hall, which may only be asked lazily, by name.
 FORBIDDEN = {
-    "scene": {"tracer", "compositor", "report", "blender"},
-    "tracer": {"compositor", "report", "blender"},
-    "compositor": {"tracer", "report", "blender"},
+    "scene": {"tracer", "compositor", "report", "stability", "blender"},
+    "tracer": {"compositor", "report", "stability", "blender"},
+    "compositor": {"tracer", "report", "stability", "blender"},
     "report": {"blender"},
+    "stability": {"compositor", "blender"},
     "blender.sync": {
         "tracer", "compositor", "report",
         "blender.pipeline", "blender.engine", "blender.ui", "blender.operators", "blender.cli",

@@ -1,4 +1,4 @@
-"""Data that no modeller means and every file has: flat, doubled, broken and impossible triangles, normals and numbers."""
+"""Data that no modeller means and every file has: flat, doubled, broken and impossible triangles and numbers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..scene import Film, Float32, Instance, PointLight, Scene, Surface, Texture, TriangleMesh, World
+from ..scene import Film, Float32, Instance, Plane, PointLight, Scene, Surface, Texture, TriangleMesh, World
 from . import build
 from .case import Measured, Theme
 from .compare import different_pixels, largest, off_edges
@@ -254,3 +254,19 @@ def _() -> Measured:
     one = build.shoot(ball).radiance
     found = [off_edges(build.shoot(scaled(ball, s)).radiance, one) for s in (1e-10, 1e10)]
     return max(found, key=lambda m: m.value)
+
+
+@THEME.case(
+    22,
+    "rays-that-are-none",
+    "a camera 1e39 m away on an unbounded plane: float32 has no such origin",
+    "no ray reaches Embree: all dropped, counted, in the residual",
+    0,
+    "pixels",
+)
+def _() -> Measured:
+    lens = build.camera((0, 0, 1e39), (0, 0, 0), size=(16, 16))
+    scene = replace(lit(build.icosphere(2)), camera=lens, planes=(Plane("ground", (0, 0, -1), (0, 0, 1), 0),))
+    film = build.shoot(scene, allow=("dropped_rays",))
+    missing = abs(film.invariants["dropped_rays"] - 256)
+    return Measured(int(np.count_nonzero(film.residual != 1)) + missing, f"{film.rays['dropped']} of 256 counted")

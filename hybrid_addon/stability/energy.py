@@ -96,6 +96,27 @@ def _() -> Measured:
     return Measured(max(worst, 0.0), f"errors up to {largest_error:.2f}", deep.radiance)
 
 
+@THEME.case(
+    19,
+    "cutoff-keeps-its-promise",
+    "the same with a cutoff of 1e-1, 1e-2, 1e-3 against none, depth 8",
+    "|error| <= residual x L_max, residual <= the uncut one + cutoff",
+    1e-6,
+    "excess radiance",
+)
+def _() -> Measured:
+    scene = deep_scene()
+    whole = build.shoot(scene, max_depth=8)
+    brightest, worst, cut = 1.0 + 0.05 * 8, -np.inf, []
+    for cutoff in (1e-1, 1e-2, 1e-3):
+        film = build.shoot(scene, max_depth=8, cutoff=cutoff)
+        error = np.abs(film.radiance.astype(np.float64) - whole.radiance).max(-1)
+        worst = max(worst, float((error - film.residual * brightest).max()))
+        worst = max(worst, float((film.residual - whole.residual).max()) - cutoff)
+        cut.append(f"{sum(film.rays.values()) / sum(whole.rays.values()):.0%}")
+    return Measured(max(worst, 0.0), "rays left: " + ", ".join(cut))
+
+
 # ------------------------------------------------------------------------------------------------ sliders
 
 

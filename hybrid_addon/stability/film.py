@@ -1,4 +1,4 @@
-"""Masks, the film, coplanar surfaces, and pictures that must come out the same however the work is cut up."""
+"""Masks, the film, and coplanar surfaces of which the raster's mask chooses one."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..scene import Float32, PointLight, Scene, Sphere, Surface, World
+from ..scene import Float32, PointLight, Scene, World
 from . import build
 from .case import Measured, Theme
 from .compare import different_pixels, films_differ
-from .invariance import everything
 
 THEME = Theme("Masks, film, determinism")
 SAMPLES = 4
@@ -145,79 +144,3 @@ def _() -> Measured:
 def _() -> Measured:
     films = [masked(decal(0, 1), None, threads=t, chunk=c) for t, c in ((1, 1 << 14), (2, 64), (2, 1 << 14))]
     return Measured(max(films_differ(films[0], f) for f in films[1:]))
-
-
-# ------------------------------------------------------------------------------------------------ determinism
-
-
-@THEME.case(37, "threads", "1, 2 and 3 threads", "the same picture, bit by bit", 0)
-def _() -> Measured:
-    films = [build.shoot(everything(), samples=SAMPLES, max_depth=5, threads=t, chunk=3000) for t in (1, 2, 3)]
-    return Measured(max(films_differ(films[0], f) for f in films[1:]), "", films[0].radiance)
-
-
-@THEME.case(32, "chunks", "chunks of 7, 40, 333 and 16384 camera rays", "the same picture, bit by bit", 0)
-def _() -> Measured:
-    scene = replace(everything(), camera=replace(everything().camera, window=(28, 20, 44, 32)))
-    films = [build.shoot(scene, max_depth=5, chunk=c) for c in (1 << 14, 333, 40, 7)]
-    return Measured(max(films_differ(films[0], f) for f in films[1:]))
-
-
-@THEME.case(37, "again", "the same scene traced twice, another one in between", "the same picture, bit by bit", 0)
-def _() -> Measured:
-    first = build.shoot(everything(), samples=SAMPLES, max_depth=5)
-    build.shoot(glass_scene(), samples=2)
-    return Measured(films_differ(first, build.shoot(everything(), samples=SAMPLES, max_depth=5)))
-
-
-@THEME.case(
-    35,
-    "edit-and-undo",
-    "an object moved, hidden, shown again and put back between renders",
-    "the first picture, bit by bit",
-    0,
-)
-def _() -> Measured:
-    scene = glass_scene()
-    first = build.shoot(scene)
-    moved = replace(scene.instances[0], matrix_world=build.translation(0.5, 0, 0))
-    changed = build.shoot(replace(scene, instances=(moved, scene.instances[1])))
-    hidden = build.shoot(replace(scene, instances=scene.instances[1:]))
-    if films_differ(changed, first) == 0 or films_differ(hidden, first) == 0:
-        return Measured(np.nan, "an edit did not show")
-    return Measured(films_differ(build.shoot(scene), first), "Blender's side of it: frame-and-back")
-
-
-GOLDEN = (0.0,)
-"""Radiance of every 97th value of the picture below, written down with Python 3.13 and numpy 2."""
-
-
-def golden_picture() -> Float32:
-    """A small picture with sines, powers and square roots in it; flat shaded, so that only arithmetic is tested."""
-    shiny = Surface(base_color=(0.5, 0.3, 0.2), specular=(0.5, 0.5, 0.5), roughness=0.3, reflectivity=0.1)
-    ball = (build.icosphere(2, 0.8), build.glass(1.5), {"matrix_world": build.translation(0.3, 0, 0.9)})
-    crate = (build.box((-1.8, -0.5, 0), (-0.8, 0.5, 1)), shiny)
-    lens = build.camera((0, -5, 3), (0, 0, 0.5), (0, 0, 1), (32, 24), 0.4)
-    lamp = PointLight("lamp", (2, -3, 4), (30, 20, 10), radius=0.1)
-    scene = build.make_scene(
-        ball, crate, (build.floor(4), build.matte()), camera=lens, lights=(lamp,), world=World((0.2, 0.3, 0.4))
-    )
-    scene = replace(scene, spheres=(Sphere("s", (-0.5, -1.2, 0.4), 0.4, 1),))
-    return build.shoot(scene, max_depth=3).radiance
-
-
-@THEME.case(
-    37,
-    "pythons",
-    "a picture with numbers written down by Python 3.13 and numpy 2",
-    "the same numbers on every Python and numpy",
-    1e-6,
-)
-def _() -> Measured:
-    picture = golden_picture()
-    got = picture.reshape(-1)[::97]
-    if got.shape != np.shape(GOLDEN):
-        return Measured(np.nan, "the numbers are not written down")
-    return Measured(
-        float(np.abs(got - np.array(GOLDEN)).max()), f"numpy {np.__version__}, {len(GOLDEN)} values", picture
-    )

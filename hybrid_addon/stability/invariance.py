@@ -125,7 +125,7 @@ def worst(changed: list[tuple[str, Scene]]) -> Measured:
     """Of several changed scenes the one that differs most from the reference, off edges."""
     found = [(name, off_edges(build.shoot(s, max_depth=5).radiance, reference().radiance)) for name, s in changed]
     name, most = max(found, key=lambda pair: pair[1].value)
-    return Measured(most.value, f"largest for {name}: {most.detail}", reference().radiance)
+    return Measured(most.value, f"largest for {name}: {most.detail}")
 
 
 @THEME.case(

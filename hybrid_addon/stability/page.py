@@ -21,7 +21,7 @@ Results = Sequence[tuple[Case, Result]]
 DECADES = (-17, 1)
 """The strip beside a value shows it and its tolerance between 10^-17 and 10."""
 
-STRIP_WIDTH = 120
+STRIP_WIDTH = 140
 
 _PAGE = Template("""<!DOCTYPE html>
 <html lang="en">
@@ -53,7 +53,7 @@ code { font: 12px/1.4 ui-monospace, "DejaVu Sans Mono", Consolas, monospace; ove
 tr.failed td { background: #fdf1f0; }
 .limits { border: 1px solid var(--bad); border-radius: 4px; padding: .6rem 1rem; margin: 1rem 0; background: #fdf1f0; }
 .limits ul { margin: .3rem 0; padding-left: 1.2rem; }
-img { display: block; height: 72px; max-width: 144px; object-fit: contain; object-position: left;
+img { display: block; height: 96px; max-width: 240px; object-fit: contain; object-position: left;
       image-rendering: pixelated; margin: .35rem 0 .1rem; border: 1px solid var(--line); }
 svg { display: block; margin-top: .2rem; }
 a { color: inherit; }
@@ -89,7 +89,8 @@ _THEME = Template("""<h2 id="$anchor">$title <small>$passed of $count</small></h
 <table class="cases">
 <colgroup><col style="width:4%"><col style="width:38%"><col style="width:24%"><col style="width:14%">
 <col style="width:9%"><col style="width:5%"><col style="width:6%"></colgroup>
-<thead><tr><th>#</th><th>Case</th><th>Right answer</th><th>Value</th><th>Tolerance</th><th class="n">s</th><th></th></tr>
+<thead><tr><th>#</th><th>Case</th><th>Right answer</th><th>Value</th><th>Tolerance</th><th class="n">s</th>
+<th></th></tr>
 </thead>
 <tbody>
 $rows
@@ -133,7 +134,8 @@ def summary(results: Results) -> str:
 def line(case: Case, result: Result) -> str:
     """One line for a terminal."""
     mark = "pass" if result.passed else "FAIL"
-    return f"{mark}  {case.number:2d}  {case.name:<44} {_number(result.value):>9} (tolerance {case.tolerance:g}) {case.unit}"
+    value = f"{_number(result.value):>9} (tolerance {case.tolerance:g}) {case.unit}"
+    return f"{mark}  {case.number:2d}  {case.name:<44} {value}"
 
 
 def _limits(failed: Results) -> str:

@@ -6,15 +6,31 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from . import cameras, degenerate, energy, film, fresnel, invariance, lighting, media, normals, optics, rays, transforms
+from . import (  # some files only add cases to a theme of another one
+    cameras,
+    degenerate,
+    determinism,
+    energy,
+    film,
+    fresnel,
+    invariance,
+    lenses,
+    lighting,
+    media,
+    normals,
+    optics,
+    rays,
+    sheets,
+    strength,
+    transforms,
+)  # fmt: skip
 from .case import Case, Result
 
-THEMES = tuple(
-    module.THEME
-    for module in (
-        invariance, rays, fresnel, optics, energy, media, degenerate, transforms, lighting, normals, cameras, film,
-    )
+MODULES = (
+    invariance, rays, fresnel, optics, lenses, energy, media, sheets, degenerate, transforms, lighting, strength,
+    normals, cameras, film, determinism,
 )  # fmt: skip
+THEMES = tuple(dict.fromkeys(module.THEME for module in MODULES))
 CASES: tuple[Case, ...] = tuple(case for theme in THEMES for case in theme.cases)
 
 SCHEMA = 1
