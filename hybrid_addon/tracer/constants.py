@@ -31,6 +31,22 @@ BUDGET_UNIT = 2.0**-40
 MAX_SHADOW_CROSSINGS = 64
 """A shadow ray crosses at most so many non-opaque surfaces; then it counts as blocked."""
 
+LARGE_TRIANGLE = 256.0
+"""An edge is too long near a flagged object if it is so many times the object's diameter.
+
+Embree's error in a triangle's plane is about an ulp of the distance to its corners: measured on a 2 mm ball 20 um above
+a tilted ground, 20 km wide, every shadow ray of the ground missed it.
+"""
+
+GRADING = 2.0
+"""Split towards an object: an edge stays whole if it is shorter than so many times its distance from the object."""
+
+MAX_SMALL_OBJECTS = 64
+"""Large triangles are split towards at most so many flagged objects, the smallest."""
+
+MAX_SPLITS = 1 << 18
+"""Splitting ends at so many new triangles."""
+
 MAX_PROBE_CROSSINGS = 64
 """To find the solids around the camera, a ray crosses at most so many of their surfaces."""
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64, Instance, Int32, Plane, Scene, Sphere, TriangleMesh
 from .constants import EMBREE_LIMIT
-from .vectors import cross, dot
+from .soup import Soup, facets_of, join, no_triangles
+from .subdivide import split_large_triangles
 
 Bools = NDArray[np.bool_]
 
@@ -41,6 +42,7 @@ class Geometry:
     sphere_center: Float64  # (ns, 3)
     sphere_radius: Float64  # (ns,)
     dropped: int  # triangles left out because they are degenerate or not finite
+    split: int  # triangles made by splitting large ones towards small flagged objects
 
     @property
     def triangle_count(self) -> int:
@@ -81,7 +83,9 @@ def flatten(scene: Scene, uv_maps: Sequence[str | None], use_normals: bool = Tru
     spheres, planes = [s for s in scene.spheres if _visible(s)], [p for p in scene.planes if _visible(p)]
     center = _center(scene, batches, spheres)
     parts = [_realise(b, center, uv_maps, use_normals) for b in batches]
-    mesh = _join(parts) if parts else _no_triangles()
+    mesh = join(parts) if parts else no_triangles()
+    balls = np.array([(*np.subtract(b.center, center), b.radius) for b in spheres if b.ray_traced]).reshape(-1, 4)
+    mesh = split_large_triangles(mesh, balls)
     return _assemble(mesh, center, spheres, planes, len(scene.instances))
 
 
@@ -112,40 +116,29 @@ def _transform(points: Float64, matrices: Float64) -> Float64:
 
 
 def _center(scene: Scene, batches: list[_Batch], spheres: Sequence[Sphere]) -> Float64:
-    """Centre of the bounds of everything bounded; the camera's place if there is only the unbounded."""
-    low, high = [], []
-    for batch in batches:
-        points = batch.vertices.reshape(-1, 3)
-        points = points[(np.abs(points) < EMBREE_LIMIT).all(1)]
-        if len(points):
-            low.append(points.min(0))
-            high.append(points.max(0))
-    for sphere in spheres:
-        low.append(np.subtract(sphere.center, sphere.radius))
-        high.append(np.add(sphere.center, sphere.radius))
-    if not low:
-        return np.array(scene.camera.matrix_world, np.float64)[:3, 3]
-    return np.asarray((np.min(low, axis=0) + np.max(high, axis=0)) / 2)
+    """Centre of the bounds of what is flagged, else of everything: there coordinates are small and rounding is least.
+
+    The camera's place if there is only the unbounded.
+    """
+    for flagged in (True, False):
+        low, high = [], []
+        for batch in batches:
+            chosen = [i.ray_traced or not flagged for i in batch.instances]
+            points = batch.vertices[chosen].reshape(-1, 3)
+            points = points[(np.abs(points) < EMBREE_LIMIT).all(1)]
+            if len(points):
+                low.append(points.min(0))
+                high.append(points.max(0))
+        for sphere in spheres:
+            if sphere.ray_traced or not flagged:
+                low.append(np.subtract(sphere.center, sphere.radius))
+                high.append(np.add(sphere.center, sphere.radius))
+        if low:
+            return np.asarray((np.min(low, axis=0) + np.max(high, axis=0)) / 2)
+    return np.array(scene.camera.matrix_world, np.float64)[:3, 3]
 
 
-@dataclass(eq=False)
-class _Triangles:
-    """The triangles of one batch (then of all), with what a hit needs to know about each."""
-
-    vertices: Float32
-    triangles: Int32
-    facets: Float64
-    extent: Float32
-    normals: Float32 | None
-    smooth: Bools
-    uvs: Float32 | None
-    object: Int32
-    surface: Int32
-    flags: Bools  # (4, nt) ray_traced, camera, shadow, secondary
-    dropped: int
-
-
-def _realise(batch: _Batch, center: Float64, uv_maps: Sequence[str | None], use_normals: bool) -> _Triangles:
+def _realise(batch: _Batch, center: Float64, uv_maps: Sequence[str | None], use_normals: bool) -> Soup:
     """Triangles of all instances of one mesh."""
     mesh, k = batch.mesh, len(batch.instances)
     nv, nt = len(mesh.vertices), len(mesh.triangles)
@@ -168,7 +161,7 @@ def _realise(batch: _Batch, center: Float64, uv_maps: Sequence[str | None], use_
         normals = _corner_normals(mesh.normals, batch.matrices, sign, corners).reshape(-1, 9)
     smooth = _is_smooth(normals, facets) if normals is not None else np.zeros(k * nt, bool)
     uvs = _corner_uvs(mesh, corners, surface, uv_maps) if corners is not None else None
-    return _Triangles(
+    return Soup(
         vertices=vertices,
         triangles=triangles[sound],
         facets=facets[sound],
@@ -202,22 +195,6 @@ def _surface_of_triangles(batch: _Batch) -> Int32:
     width = int(np.max(slots)) + 1
     worn = np.array([(i.surfaces + (i.surfaces[-1],) * width)[:width] for i in batch.instances], np.int32)
     return worn[:, slots].reshape(-1)
-
-
-def facets_of(points: Float32) -> tuple[Float64, Float32, Bools]:
-    """Plane equations, extents and soundness of (n, 3 corners, 3) float32 triangles, in float64."""
-    rows = np.ascontiguousarray(points.reshape(-1, 9).T)  # reductions along the first axis are the fast ones
-    p = rows.astype(np.float64)
-    facets = np.empty((len(points), 4))
-    with np.errstate(all="ignore"):
-        extent = np.abs(rows).max(axis=0)
-        normal = cross(p[3:6] - p[0:3], p[6:9] - p[0:3])
-        length = np.sqrt(dot(normal, normal))
-        sound = (extent < EMBREE_LIMIT) & (length > 0)  # False for NaN
-        normal /= length
-        facets[:, :3] = normal.T
-        facets[:, 3] = dot(normal, p[0:3])
-    return facets, extent, sound
 
 
 def _corner_normals(local: Float32, matrices: Float64, sign: Float64, corners: Int32) -> Float32:
@@ -260,44 +237,8 @@ def _corner_uvs(mesh: TriangleMesh, corners: Int32, surface: Int32, uv_maps: Seq
     return result
 
 
-def _no_triangles() -> _Triangles:
-    none = np.zeros(0, np.int32)
-    return _Triangles(
-        np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32), np.zeros((0, 4)), np.zeros(0, np.float32),
-        None, np.zeros(0, bool), None, none, none, np.zeros((4, 0), bool), 0,
-    )  # fmt: skip
-
-
-def _join(parts: list[_Triangles]) -> _Triangles:
-    """One soup out of all batches."""
-    starts = np.cumsum([0] + [len(p.vertices) for p in parts[:-1]]).astype(np.int32)
-
-    def either(name: str, width: int) -> Float32 | None:
-        """Rows of an optional table: zeros for the batches that have none."""
-        if all(getattr(p, name) is None for p in parts):
-            return None
-        blank = [np.zeros((len(p.triangles), width), np.float32) for p in parts]
-        return np.concatenate(
-            [b if getattr(p, name) is None else getattr(p, name) for p, b in zip(parts, blank, strict=True)]
-        )
-
-    return _Triangles(
-        vertices=np.concatenate([p.vertices for p in parts]),
-        triangles=np.concatenate([p.triangles + s for p, s in zip(parts, starts, strict=True)]),
-        facets=np.concatenate([p.facets for p in parts]),
-        extent=np.concatenate([p.extent for p in parts]),
-        normals=either("normals", 9),
-        smooth=np.concatenate([p.smooth for p in parts]),
-        uvs=either("uvs", 6),
-        object=np.concatenate([p.object for p in parts]),
-        surface=np.concatenate([p.surface for p in parts]),
-        flags=np.concatenate([p.flags for p in parts], axis=1),
-        dropped=sum(p.dropped for p in parts),
-    )
-
-
 def _assemble(
-    mesh: _Triangles, center: Float64, spheres: Sequence[Sphere], planes: Sequence[Plane], instances: int
+    mesh: Soup, center: Float64, spheres: Sequence[Sphere], planes: Sequence[Plane], instances: int
 ) -> Geometry:
     """Append the analytic shapes to the triangles."""
     ns = len(spheres)
@@ -332,4 +273,5 @@ def _assemble(
         sphere_center=sphere_center,
         sphere_radius=sphere_radius,
         dropped=mesh.dropped,
+        split=mesh.split,
     )

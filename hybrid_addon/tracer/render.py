@@ -157,6 +157,7 @@ class _Frame:
     def _film(self, radiance: Float32, coverage: Float32, residual: Float32) -> Film:
         counts, tally = self.tally.counts, self.tally
         self._skip("triangles", "degenerate or not finite", self.scene.geometry.dropped)
+        self._skip("triangles", "large ones next to small flagged objects, split", self.scene.geometry.split)
         self._skip("shadow rays", "no light would arrive", counts["shadow_not_needed"])
         self._skip(
             "shadow rays", "more surfaces crossed than are followed: in shadow", counts["shadow_crossings_exhausted"]

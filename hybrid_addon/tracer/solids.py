@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from ..scene import Float64, Int32, Scene, TriangleMesh
 from .constants import MAX_MEDIA, MAX_PILE, SWELLING, THIN_CLEARANCE, THIN_WALL
-from .geometry import Geometry, facets_of
+from .geometry import Geometry
 from .media import Media
+from .soup import facets_of
 from .surfaces import SurfaceTable
 from .vectors import cross, dot
 

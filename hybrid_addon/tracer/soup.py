@@ -1,0 +1,85 @@
+"""A triangle soup with all that a hit needs to know about each triangle, before it becomes a `Geometry`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float32, Float64, Int32
+from .constants import EMBREE_LIMIT
+from .vectors import cross, dot
+
+Bools = NDArray[np.bool_]
+
+
+@dataclass(eq=False)
+class Soup:
+    """The triangles of one batch (then of all), with what a hit needs to know about each."""
+
+    vertices: Float32
+    triangles: Int32
+    facets: Float64
+    extent: Float32
+    normals: Float32 | None
+    smooth: Bools
+    uvs: Float32 | None
+    object: Int32
+    surface: Int32
+    flags: Bools  # (4, nt) ray_traced, camera, shadow, secondary
+    dropped: int
+    split: int = 0  # triangles made by `subdivide`
+
+
+def facets_of(points: Float32) -> tuple[Float64, Float32, Bools]:
+    """Plane equations, extents and soundness of (n, 3 corners, 3) float32 triangles, in float64."""
+    rows = np.ascontiguousarray(points.reshape(-1, 9).T)  # reductions along the first axis are the fast ones
+    p = rows.astype(np.float64)
+    facets = np.empty((len(points), 4))
+    with np.errstate(all="ignore"):
+        extent = np.abs(rows).max(axis=0)
+        normal = cross(p[3:6] - p[0:3], p[6:9] - p[0:3])
+        length = np.sqrt(dot(normal, normal))
+        sound = (extent < EMBREE_LIMIT) & (length > 0)  # False for NaN
+        normal /= length
+        facets[:, :3] = normal.T
+        facets[:, 3] = dot(normal, p[0:3])
+    return facets, extent, sound
+
+
+def no_triangles() -> Soup:
+    """The empty soup."""
+    none = np.zeros(0, np.int32)
+    return Soup(
+        np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32), np.zeros((0, 4)), np.zeros(0, np.float32),
+        None, np.zeros(0, bool), None, none, none, np.zeros((4, 0), bool), 0,
+    )  # fmt: skip
+
+
+def join(parts: list[Soup]) -> Soup:
+    """One soup out of all batches."""
+    starts = np.cumsum([0] + [len(p.vertices) for p in parts[:-1]]).astype(np.int32)
+
+    def either(name: str, width: int) -> Float32 | None:
+        """Rows of an optional table: zeros for the batches that have none."""
+        if all(getattr(p, name) is None for p in parts):
+            return None
+        blank = [np.zeros((len(p.triangles), width), np.float32) for p in parts]
+        return np.concatenate(
+            [b if getattr(p, name) is None else getattr(p, name) for p, b in zip(parts, blank, strict=True)]
+        )
+
+    return Soup(
+        vertices=np.concatenate([p.vertices for p in parts]),
+        triangles=np.concatenate([p.triangles + s for p, s in zip(parts, starts, strict=True)]),
+        facets=np.concatenate([p.facets for p in parts]),
+        extent=np.concatenate([p.extent for p in parts]),
+        normals=either("normals", 9),
+        smooth=np.concatenate([p.smooth for p in parts]),
+        uvs=either("uvs", 6),
+        object=np.concatenate([p.object for p in parts]),
+        surface=np.concatenate([p.surface for p in parts]),
+        flags=np.concatenate([p.flags for p in parts], axis=1),
+        dropped=sum(p.dropped for p in parts),
+    )
