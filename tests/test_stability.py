@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from hybrid_addon.stability import CASES, SITUATIONS, Case, Measured, Result, page, run, to_json
-from hybrid_addon.tracer import geometry, plan, rays, whitted
+from hybrid_addon.tracer import geometry, media, rays, whitted
 
 ROOT = Path(__file__).resolve().parent.parent
 VERSIONS = {"blender": "5.2", "a<b": 'c"d&e'}
@@ -65,13 +65,8 @@ def without_the_mask_of_bad_rays(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def without_the_case_of_ior_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    compile_surfaces = plan.compile_surfaces
-
-    def bent(surfaces):
-        table = compile_surfaces(surfaces)
-        return replace(table, straight=np.zeros_like(table.straight))
-
-    monkeypatch.setattr(plan, "compile_surfaces", bent)
+    eta = media.Media.eta
+    monkeypatch.setattr(media.Media, "eta", lambda *arguments: np.nextafter(eta(*arguments), 2))
 
 
 @pytest.mark.parametrize(

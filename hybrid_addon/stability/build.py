@@ -24,7 +24,7 @@ from ..scene import (
 )
 from ..tracer import trace
 
-Vector = Sequence[float]
+Vector = Sequence[float] | Float64
 WHITE_WORLD = World((1.0, 1.0, 1.0))
 
 
@@ -107,7 +107,7 @@ def box(low: Vector = (-1, -1, -1), high: Vector = (1, 1, 1), name: str = "box")
 def icosphere(levels: int = 2, radius: float = 1.0, smooth: bool = False, name: str = "ball") -> TriangleMesh:
     """A subdivided icosahedron on a sphere: 20 x 4^levels triangles."""
     g = (1 + 5**0.5) / 2
-    corners = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g)]
+    corners: list[tuple[float, float, float]] = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g)]
     corners += [(0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]
     faces = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2)]
     faces += [(10, 7, 6), (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11)]

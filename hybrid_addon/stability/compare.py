@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Film, Float32
+from ..tracer.vectors import Array
 from .case import Measured
 
 EDGE_CONTRAST = 0.05
 """A pixel whose 3 x 3 neighbourhood spans more than this share of the picture's range lies on an edge."""
 
 
-def largest(a: Float32, b: Float32 | float) -> float:
+def largest(a: Array, b: Array | float) -> float:
     """The largest |difference|, NaN if anything is NaN."""
     return float(np.max(np.abs(np.subtract(a, b, dtype=np.float64)), initial=0.0))
 
@@ -27,7 +28,7 @@ def edges(picture: Float32) -> NDArray[np.bool_]:
     padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
     h, w = picture.shape[:2]
     around = np.stack([padded[j : j + h, i : i + w] for j in range(3) for i in range(3)])
-    span = float(picture.max() - picture.min())
+    span = float(np.max(picture) - np.min(picture))
     return np.asarray((around.max(0) - around.min(0)).max(-1) > EDGE_CONTRAST * span)
 
 
@@ -41,6 +42,6 @@ def off_edges(a: Float32, reference: Float32) -> Measured:
     return Measured(value, f"{share:.0f} % of the pixels compared; {flipped} of those on edges flipped", a)
 
 
-def different_pixels(a: Float32, b: Float32) -> int:
+def different_pixels(a: Array, b: Array) -> int:
     """How many pixels differ by any bit."""
     return int(np.count_nonzero((a != b).any(-1)))

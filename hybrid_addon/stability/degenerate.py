@@ -243,7 +243,9 @@ def _() -> Measured:
     more = replace(ball, meshes=(*ball.meshes, nothing, loose), instances=(*ball.instances, *extra))
     wrong = different_pixels(build.shoot(more).radiance, build.shoot(ball).radiance)
     empty = build.shoot(build.make_scene(world=World((0.25, 0.5, 0.75)))).radiance
-    return Measured(wrong + different_pixels(empty, np.broadcast_to(np.float32([0.25, 0.5, 0.75]), empty.shape)))
+    return Measured(
+        wrong + different_pixels(empty, np.broadcast_to(np.array([0.25, 0.5, 0.75], np.float32), empty.shape))
+    )
 
 
 @THEME.case(21, "tiny-and-huge-triangles", "the same ball of 1e-10 m and of 1e10 m", "the same picture off edges", 1e-5)

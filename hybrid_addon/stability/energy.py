@@ -112,7 +112,7 @@ def _() -> Measured:
         film = build.shoot(scene, max_depth=8, cutoff=cutoff)
         error = np.abs(film.radiance.astype(np.float64) - whole.radiance).max(-1)
         worst = max(worst, float((error - film.residual * brightest).max()))
-        worst = max(worst, float((film.residual - whole.residual).max()) - cutoff)
+        worst = max(worst, float(np.max(film.residual - whole.residual)) - cutoff)
         cut.append(f"{sum(film.rays.values()) / sum(whole.rays.values()):.0%}")
     return Measured(max(worst, 0.0), "rays left: " + ", ".join(cut))
 
@@ -161,10 +161,11 @@ def _() -> Measured:
 
 @THEME.case(29, "nearly-the-ends", "opacity 1e-8 and 1 - 1e-8, reflectivity 1e-8 and 1 - 1e-8", "as at the ends", 1e-6)
 def _() -> Measured:
+    base = build.matte(ior=1.5)
     found = []
-    for name in ("opacity", "reflectivity"):
-        base = build.matte(ior=1.5)
-        found += [differ(replace(base, **{name: e}), replace(base, **{name: round(e)})) for e in (1e-8, 1 - 1e-8)]
+    for e in (1e-8, 1 - 1e-8):
+        found.append(differ(replace(base, opacity=e), replace(base, opacity=round(e))))
+        found.append(differ(replace(base, reflectivity=e), replace(base, reflectivity=round(e))))
     return Measured(max(found))
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from ..scene import Float32, PointLight, Scene, World
+from ..scene import Film, Float32, PointLight, Scene, World
 from . import build
 from .case import Measured, Theme
 from .compare import different_pixels, films_differ
@@ -15,7 +16,7 @@ THEME = Theme("Masks, film, determinism")
 SAMPLES = 4
 
 
-def masked(scene: Scene, mask: Float32 | None, **settings: object) -> build.Film:
+def masked(scene: Scene, mask: Float32 | None, **settings: Any) -> Film:
     """The scene as hybrid mode traces it."""
     return build.shoot(scene, mask=mask, **{"see": "FLAGGED", "samples": SAMPLES, **settings})
 
@@ -98,7 +99,7 @@ def _() -> Measured:
     mask = np.zeros((32, 32), np.float32)
     mask[:, 15:17] = 0.01
     film = masked(scene, mask, samples=2)
-    wrong = (film.radiance != np.float32([1, 0.5, 0.25])).any(-1) & (mask > 0)
+    wrong = (film.radiance != np.array([1, 0.5, 0.25], np.float32)).any(-1) & (mask > 0)
     return Measured(int(np.count_nonzero(wrong)), "of 64 pixels")
 
 
@@ -129,7 +130,7 @@ def _() -> Measured:
     for order in (0, 1):
         for seed in (1, 2, 3):
             film = masked(decal(order, seed), mask)
-            wrong += int(np.count_nonzero((film.radiance != np.float32([1, 0.5, 0.25])).any(-1)))
+            wrong += int(np.count_nonzero((film.radiance != np.array([1, 0.5, 0.25], np.float32)).any(-1)))
             lost += int(np.count_nonzero(film.coverage < 1))
     return Measured(wrong, f"in {lost} of 13824 pixels the wall won some samples; the raster's mask decides there")
 

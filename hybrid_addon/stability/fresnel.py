@@ -84,7 +84,7 @@ def _() -> Measured:
         around = np.array([np.nextafter(c, 0), c, np.nextafter(c, 1)])
         got = reflectance(around, eta)
         beyond = reflectance(np.linspace(0, 1 - 1e-12, 1001) * c, eta)
-        bounds = float(np.max(got) - 1) if got.max() > 1 else 0.0
+        bounds = float(np.max(got) - 1) if np.max(got) > 1 else 0.0
         worst = max(worst, largest(got, 1.0), largest(beyond, 1.0), bounds)
     return Measured(worst, "four indices, down to 0.1; the slope there is infinite in theory, too")
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..scene import Camera, Scene, Sphere
+from ..scene import Camera, Scene, Sphere, Visibility
 from . import build
 from .case import Measured, Theme
 from .compare import largest, off_edges
@@ -94,11 +94,13 @@ def _() -> Measured:
         for z in (-2, 0, 2)
     ]
     ball = Sphere("bubble", (0, 0, 0), 1.0, 0)
-    alone = build.make_scene(wall, *lit, camera=lens, surfaces=(build.glass(1 / 1.33),))
-    nested = build.make_scene(wall, *lit, camera=lens, surfaces=(build.glass(1.0), build.glass(1.33)))
-    sea = Sphere("sea", (0, 0, 0), 20.0, 1)  # its surface lies behind the walls
-    a = build.shoot(replace(alone, spheres=(ball,)), max_depth=2).radiance
-    b = build.shoot(replace(nested, spheres=(ball, sea)), max_depth=2).radiance
+    scene = build.make_scene(
+        wall, *lit, camera=lens, surfaces=(build.glass(1 / 1.33), build.glass(1.0), build.glass(1.33))
+    )
+    sea = Sphere("sea", (0, 0, 0), 20.0, 2)  # its surface lies behind the walls
+    dry = replace(sea, visibility=Visibility(camera=False, secondary=False))  # the bounds of the scene are the same
+    a = build.shoot(replace(scene, spheres=(replace(ball, surface=0), dry)), max_depth=4).radiance
+    b = build.shoot(replace(scene, spheres=(replace(ball, surface=1), sea)), max_depth=4).radiance
     found = off_edges(b, a)
     return Measured(found.value, found.detail, np.concatenate([a, b], axis=1))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..scene import Float32, Scene, SunLight
 from . import build
@@ -39,7 +40,9 @@ def _() -> Measured:
     scene = build.make_scene((build.icosphere(1, 1, True), build.glass(1.5)), camera=lens, world=build.WHITE_WORLD)
     film = build.shoot(scene, max_depth=16)
     return Measured(
-        largest(film.radiance + film.residual[..., None], 1), f"darkest pixel {film.radiance.min():.4f}", film.radiance
+        largest(film.radiance + film.residual[..., None], 1),
+        f"darkest pixel {np.min(film.radiance):.4f}",
+        film.radiance,
     )
 
 
@@ -70,7 +73,7 @@ def lit_fraction(picture: Float32) -> float:
     return float(np.count_nonzero(picture[..., 0] > 0)) / float(np.count_nonzero(ball_pixels()))
 
 
-def ball_pixels() -> Float32:
+def ball_pixels() -> NDArray[np.bool_]:
     """(96, 96) bool: where the fine ball is."""
     return build.shoot(replace(sunlit(4), lights=()), see="FLAGGED").coverage > 0
 

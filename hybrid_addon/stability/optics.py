@@ -116,7 +116,7 @@ def _() -> Measured:
         film = build.shoot(build.make_scene((build.box(), glow), camera=lens), max_depth=depth)
         limit = 1 / (1 - r)
         worst = max(worst, largest(film.radiance[..., 0] / limit + film.residual, 1))
-        tail = max(tail, float(film.residual.max()))
+        tail = max(tail, float(np.max(film.residual)))
     return Measured(worst, f"largest tail {tail:.1e}")
 
 

@@ -172,7 +172,7 @@ def _() -> Measured:
         s2 = (1 - c * c) / 2.25
         ct = np.sqrt(1 - s2)
         exact = (((c - 1.5 * ct) / (c + 1.5 * ct)) ** 2 + ((1.5 * c - ct) / (1.5 * c + ct)) ** 2) / 2
-        worst, rising, last = max(worst, largest(got, exact)), rising and got.min() >= last, got.max()
+        worst, rising, last = max(worst, largest(got, exact)), rising and np.min(got) >= last, np.max(got)
     return Measured(worst if rising else np.nan, f"at normal incidence {normal_reflectance(1.5):.4f}")
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..scene import AreaLight, Float32, Light, PointLight, Scene, SpotLight, SunLight, Surface, Texture, World
+from ..scene import RGB, AreaLight, Float32, Light, PointLight, Scene, SpotLight, SunLight, Surface, Texture, World
 from . import build
 from .case import Measured
 from .compare import largest
@@ -22,8 +22,15 @@ LAMPS: tuple[Light, ...] = (
 
 def brighter(light: Light, factor: float) -> Light:
     """The light with its colour multiplied."""
-    name = {SunLight: "irradiance", AreaLight: "radiance"}.get(type(light), "intensity")
-    return replace(light, **{name: tuple(factor * np.array(getattr(light, name)))})
+
+    def times(color: RGB) -> RGB:
+        return factor * color[0], factor * color[1], factor * color[2]
+
+    if isinstance(light, SunLight):
+        return replace(light, irradiance=times(light.irradiance))
+    if isinstance(light, AreaLight):
+        return replace(light, radiance=times(light.radiance))
+    return replace(light, intensity=times(light.intensity))
 
 
 def things(*lights: Light, world: World = World()) -> Scene:  # noqa: B008 (frozen)
@@ -61,14 +68,14 @@ def _() -> Measured:
 @THEME.case(28, "lamps-of-1e12-watts", "all lamps 1e12 times as strong", "1e12 times the picture", 1e-6, "relative")
 def _() -> Measured:
     one, strong = lit().astype(np.float64), lit(1e12).astype(np.float64) / 1e12
-    return Measured(largest(strong, one) / float(one.max()))
+    return Measured(largest(strong, one) / float(np.max(one)))
 
 
 @THEME.case(28, "lamps-superpose", "four lamps together and one by one", "the sum", 1e-6)
 def _() -> Measured:
     apart = np.sum([build.shoot(things(light), max_depth=4).radiance.astype(np.float64) for light in LAMPS], axis=0)
     together = lit()
-    return Measured(largest(together, apart) / float(together.max()))
+    return Measured(largest(together, apart) / float(np.max(together)))
 
 
 @THEME.case(28, "negative-lamps", "all lamps of negative strength", "minus the picture, bit by bit", 0)

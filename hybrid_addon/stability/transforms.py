@@ -38,7 +38,7 @@ def against_realised(shape: TriangleMesh, matrix: Float64, surface: Surface = PA
     0,
 )
 def _() -> Measured:
-    egg = replace(build.icosphere(2), vertices=build.icosphere(2).vertices * np.float32([1, 0.5, 0.75]))
+    egg = replace(build.icosphere(2), vertices=build.icosphere(2).vertices * np.array([1, 0.5, 0.75], np.float32))
     return Measured(against_realised(egg, build.scaling(-1, 1, 1)))
 
 
