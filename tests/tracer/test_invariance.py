@@ -123,7 +123,7 @@ def scaled(scene, s):
     )
 
 
-@pytest.mark.parametrize("power", [-14, -3, 5, 20])
+@pytest.mark.parametrize("power", [-14, -13, -6, -3, -1, 1, 5, 12, 20, 23])
 def test_scaling_by_a_power_of_two_exact(everything, reference, power):
     assert_same(trace(scaled(everything, 2.0**power), SETTINGS), reference)
 
@@ -164,8 +164,8 @@ def test_far_from_the_origin(everything, reference, offset):
     # The textured sphere of spherical coordinates is not in the scene: only planes have world-bound textures.
     film = trace(moved(everything, offset), SETTINGS)
     assert not any(film.invariants.values())
-    off = np.abs(film.radiance - reference.radiance).max(2) > 1e-5
-    assert off.mean() < 0.01
+    off = np.abs(film.radiance - reference.radiance).max(2) > 1e-6
+    assert off.mean() < 0.02  # edges of things, and of the texture's texels
 
 
 def test_brighter_lights_scale_the_picture_exact(everything):
