@@ -6,6 +6,7 @@ All directions point away from the surface; `n` lies on the side of `wo`; eta is
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .constants import MIN_OUTER_COSINE, OUTER_COSINE_SHARE
@@ -41,6 +42,16 @@ def fresnel_dielectric(cos_i: Float64, eta: Float64) -> Float64:
     reflectance = np.clip(0.5 * (rs * rs + rp * rp), 0.0, 1.0)
     reflectance = np.where(total, 1.0, reflectance)
     return np.where(eta == 1, 0.0, reflectance)
+
+
+def both_faces(fresnel: Array, tint: Array, thin: NDArray[np.bool_] | None) -> tuple[Array, Array]:
+    """Reflectance (n,) and tint (3, n) of both faces of thin walls at once; of other hits, and for None, unchanged.
+
+    R + (1 - R)^2 R (1 + R^2 + R^4 + ...) = 2 R / (1 + R); what passes is tinted twice.
+    """
+    if thin is None:
+        return fresnel, tint
+    return np.where(thin, 2 * fresnel / (1 + fresnel), fresnel), np.where(thin, tint * tint, tint)
 
 
 def refract(wo: Float64, n: Float64, cos_i: Float64, eta: Float64) -> Float64:

@@ -14,7 +14,7 @@ from .constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
 from .interaction import Interaction, base_color, shadow_origin
 from .lights import CompiledLight, Illumination, illuminate, shadow_rays
 from .rays import offset_origin, origin_offset
-from .scattering import fresnel_dielectric, phong, schlick
+from .scattering import both_faces, fresnel_dielectric, phong, schlick
 from .tally import Tally
 from .vectors import Array, count, dot, normalize, select, take
 
@@ -141,8 +141,9 @@ def _transmittance(scene: CompiledScene, origin: Float32, wi: Float32, t_max: Fl
         active, d, prim, t = active[crossed], d.take(crossed, axis=1), hits.prim[crossed], hits.t[crossed]
         normal, toward = hits.normal.take(crossed, axis=1), hits.toward[crossed]
         surface = geometry.surface.take(prim)
-        passed = table.interface.take(surface) * (1 - fresnel_dielectric(np.abs(toward), table.ior.take(surface)))
-        result[:, active] *= (table.tint.take(surface, axis=1) * passed).astype(np.float32)
+        fresnel, tint = fresnel_dielectric(np.abs(toward), table.ior.take(surface)), table.tint.take(surface, axis=1)
+        fresnel, tint = both_faces(fresnel, tint, scene.media.is_thin(prim.astype(np.intp)))
+        result[:, active] *= (tint * (table.interface.take(surface) * (1 - fresnel))).astype(np.float32)
         # Go on behind the surface, unless nothing is left.
         alive = np.flatnonzero((result[:, active] > 0).any(axis=0))
         active, d, prim, t = active[alive], d.take(alive, axis=1), prim[alive], t[alive]

@@ -12,7 +12,7 @@ from .compiled import CompiledScene
 from .constants import MAX_STRAIGHT_PASSES
 from .interaction import Interaction
 from .rays import Rays
-from .scattering import fresnel_dielectric, keep_outside, reflect, refract
+from .scattering import both_faces, fresnel_dielectric, keep_outside, reflect, refract
 from .sums import Sums
 from .tally import Tally
 from .vectors import Index, count, dot, largest_component, normalize, select, take
@@ -67,9 +67,7 @@ def _share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> _Split:
         fresnel[optical] = fresnel_dielectric(cos_i[optical], eta[optical])
     bends = eta != 1
     if thin is not None:
-        # Both faces at once: R + T^2 R (1 + R^2 + ...) = 2 R / (1 + R), and two crossings' tint.
-        fresnel = np.where(thin, 2 * fresnel / (1 + fresnel), fresnel)
-        tint = np.where(thin, tint * tint, tint)
+        fresnel, tint = both_faces(fresnel, tint, thin)
         bends &= ~thin
     return _Split(
         reflected=rays.throughput * (table.mirror.take(at.surface, axis=1) + interface * fresnel),

@@ -25,17 +25,16 @@ def split_large_triangles(mesh: Soup, flagged_balls: Float64) -> Soup:
 
     flagged_balls : (b, 4) centres and radii of flagged analytic spheres.
     """
-    if len(mesh.triangles) == 0:
-        return mesh
-    corners = mesh.vertices[mesh.triangles].astype(np.float64)
-    longest = np.sqrt(_squared_edges(corners).max(axis=1))
-    objects = np.concatenate([_flagged_objects(mesh, corners), flagged_balls * (1, 1, 1, 2)])
-    objects = objects[(objects[:, 3] > 0) & (LARGE_TRIANGLE * objects[:, 3] < longest.max())]
+    objects = np.concatenate([_flagged_objects(mesh), flagged_balls * (1, 1, 1, 2)])
+    objects = objects[objects[:, 3] > 0]
+    largest_edge = 2 * np.sqrt(3) * np.max(mesh.extent, initial=0.0)
+    objects = objects[LARGE_TRIANGLE * objects[:, 3] < largest_edge]
     if len(objects) == 0:
         return mesh
     objects = objects[np.argsort(objects[:, 3], kind="stable")[:MAX_SMALL_OBJECTS]]
-    large = np.flatnonzero(longest > LARGE_TRIANGLE * objects[:, 3].min())
-    return _Splitter(mesh, large, objects).split()
+    longest = np.sqrt(_squared_edges(mesh.vertices[mesh.triangles].astype(np.float64)).max(axis=1))
+    large = np.flatnonzero(longest > LARGE_TRIANGLE * objects[0, 3])
+    return _Splitter(mesh, large, objects).split() if len(large) else mesh
 
 
 def _squared_edges(corners: Float64) -> Float64:
@@ -44,13 +43,17 @@ def _squared_edges(corners: Float64) -> Float64:
     return np.asarray((edges * edges).sum(axis=2))
 
 
-def _flagged_objects(mesh: Soup, corners: Float64) -> Float64:
+def _flagged_objects(mesh: Soup) -> Float64:
     """(k, 4) centres and diameters of the bounds of flagged instances."""
-    start = np.flatnonzero(np.diff(mesh.object, prepend=-1))
-    low = np.minimum.reduceat(corners.min(axis=1), start, axis=0)
-    high = np.maximum.reduceat(corners.max(axis=1), start, axis=0)
+    flagged = np.flatnonzero(mesh.flags[0])
+    if len(flagged) == 0:
+        return np.zeros((0, 4))
+    start = np.flatnonzero(np.diff(mesh.object[flagged], prepend=-1))
+    corners = mesh.vertices[mesh.triangles[flagged]]
+    low = np.minimum.reduceat(corners.min(axis=1), start, axis=0).astype(np.float64)
+    high = np.maximum.reduceat(corners.max(axis=1), start, axis=0).astype(np.float64)
     diameter = np.sqrt(((high - low) ** 2).sum(axis=1))
-    return np.concatenate([(low + high) / 2, diameter[:, None]], axis=1)[mesh.flags[0, start]]
+    return np.concatenate([(low + high) / 2, diameter[:, None]], axis=1)
 
 
 class _Splitter:

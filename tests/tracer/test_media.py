@@ -291,3 +291,15 @@ def test_thin_glass_tends_to_the_thin_wall(build, h, rotated):
     # No shift: the sheet casts its light straight on, and white furnaces stay white.
     white = picture(build.scene(sheet, world=WHITE, camera=cam), max_depth=12)
     np.testing.assert_allclose(white.radiance + white.residual[..., None], 1, atol=1e-6)
+
+
+def test_the_shadow_of_a_thin_wall_is_that_of_both_faces(build):
+    tinted = replace(build.glass(GLASS), transmission_tint=(1, 0.5, 0))
+    floor = build.quad([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)])
+    sheet = (build.box((-9, -9, 1), (9, 9, 1 + 1e-7)), tinted)
+    cam = build.camera((0, 0, 0.9))  # below the sheet
+    s = build.scene(
+        (floor, build.matte((1, 1, 1))), sheet, lights=(SunLight("sun", (0, 0, 1), (np.pi,) * 3),), camera=cam
+    )
+    r = fresnel(1, GLASS)
+    np.testing.assert_allclose(picture(s).radiance[8, 8], np.array([1, 0.25, 0]) * (1 - r) / (1 + r), rtol=1e-5)
