@@ -59,6 +59,7 @@ def lens_of(tangent: float, size: tuple[int, int] = (96, 64), shift: float = 0.0
 
 
 PIXEL = "every ray goes through the centre of its own pixel"
+FAR_OFF = "ray directions are float32: so far off the axis their 3e-8 rad are more than 1e-4 of a pixel"
 
 
 @THEME.case(31, "lens-of-50-degrees", "an ordinary perspective camera", PIXEL, 1e-4, "pixels")
@@ -71,12 +72,12 @@ def _() -> Measured:
     return Measured(max(pixel_error(lens_of(np.tan(np.radians(0.05))), d) for d in (1.0, 100.0, 1e4)))
 
 
-@THEME.case(31, "lens-of-179-degrees", "field of view 179 degrees", PIXEL, 1e-4, "pixels")
+@THEME.case(31, "lens-of-179-degrees", "field of view 179 degrees", PIXEL, 1e-4, "pixels", limit=FAR_OFF)
 def _() -> Measured:
     return Measured(max(pixel_error(lens_of(np.tan(np.radians(89.5))), d) for d in (0.01, 1.0, 100.0)))
 
 
-@THEME.case(31, "shift-of-ten", "the frame shifted by ten widths", PIXEL, 1e-4, "pixels")
+@THEME.case(31, "shift-of-ten", "the frame shifted by ten widths", PIXEL, 1e-4, "pixels", limit=FAR_OFF)
 def _() -> Measured:
     return Measured(max(pixel_error(lens_of(0.36, shift=s), d) for s in (-10.0, 10.0) for d in (1.0, 100.0)))
 

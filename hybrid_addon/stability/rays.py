@@ -14,7 +14,7 @@ from .fresnel import normal_reflectance
 
 THEME = Theme("Rays that leave a surface")
 SUN = SunLight("sun", (0.3, -0.5, 1.0), (np.pi,) * 3)
-SAMPLES = 8
+SAMPLES = 64
 
 
 def convex_bodies() -> list[tuple[str, TriangleMesh]]:
@@ -172,7 +172,8 @@ def _() -> Measured:
         s2 = (1 - c * c) / 2.25
         ct = np.sqrt(1 - s2)
         exact = (((c - 1.5 * ct) / (c + 1.5 * ct)) ** 2 + ((1.5 * c - ct) / (1.5 * c + ct)) ** 2) / 2
-        worst, rising, last = max(worst, largest(got, exact)), rising and np.min(got) >= last, np.max(got)
+        worst, rising = max(worst, largest(got, exact)), rising and bool(np.min(got) >= last)
+        last = float(np.max(got))
     return Measured(worst if rising else np.nan, f"at normal incidence {normal_reflectance(1.5):.4f}")
 
 
