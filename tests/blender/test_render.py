@@ -160,7 +160,8 @@ def test_no_fringe_along_outlines(renders):
     assert image.max() <= SKY + 1 / 255
     expected = SKY * (1 - mask) + GLOW * mask
     np.testing.assert_allclose(image, np.repeat(expected[..., None], 3, axis=-1), atol=SKY * SNAP)
-    np.testing.assert_allclose(renders.outline.traced[..., :3][edge], mask[edge, None] * [GLOW] * 3, rtol=1e-5)
+    traced = renders.outline.traced[..., :3][edge]
+    np.testing.assert_allclose(traced, np.broadcast_to(mask[edge, None] * GLOW, traced.shape), rtol=1e-5)
 
 
 def test_flagged_objects_out_of_view_leave_the_raster_bit_exact(renders):
