@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any
 
 import bpy
@@ -43,22 +42,26 @@ class HybridTracer(bpy.types.RenderEngine):
         if scene is None:
             self._fail("", "this scene belongs to the Hybrid add-on: render your own scene instead")
             return
+        try:
+            from ..tracer import Cancelled
+        except ImportError as error:
+            self._fail(scene.name, f"Embree does not load on {platform.platform()}: {error}; install this system's zip")
+            return
         for name in ("Mask", "Residual"):
             self.add_pass(name, 1, "X")
-        target = self.begin_result(0, 0, self.resolution_x, self.resolution_y)
+        resolution = (self.resolution_x, self.resolution_y)
+        target = self.begin_result(0, 0, *resolution)
         delivered = False
         try:
-            window = _window(scene, (self.resolution_x, self.resolution_y), (target.resolution_x, target.resolution_y))
-            frame, film = trace_frame(scene, depsgraph, (self.resolution_x, self.resolution_y), window, self._progress)
+            window = _window(scene, resolution, (target.resolution_x, target.resolution_y))
+            frame, film = trace_frame(scene, depsgraph, resolution, window, self._progress)
             _deliver(target, frame, film)
             results.traced(scene.name, frame)
             delivered = True
-        except _cancelled():
+        except Cancelled:
             pass
-        except (HybridError, ImportError, MemoryError) as error:
-            self._fail(scene.name, str(error) or type(error).__name__)
-        except ValueError as error:  # the tracer's and the translator's own checks: one line each
-            self._fail(scene.name, str(error))
+        except (ValueError, MemoryError) as error:  # our checks, the translator's and the tracer's: one line each
+            self._fail(scene.name, str(error) or "not enough memory: lower the resolution or the samples")
         finally:
             self.end_result(target, cancel=not delivered)
 
@@ -195,15 +198,6 @@ def _stage(progress: Progress, phase: str, work: Callable[..., Any], *args: Any,
     if not progress(phase, 0.0):
         raise Cancelled
     return work(*args, **kwargs)
-
-
-def _cancelled() -> type[Exception]:
-    """tracer.Cancelled, imported late: a missing numpy or embreex must not keep Blender from loading the add-on."""
-    with suppress(ImportError):
-        from ..tracer import Cancelled
-
-        return Cancelled
-    return KeyboardInterrupt  # type: ignore[return-value]
 
 
 def _window(scene: bpy.types.Scene, resolution: tuple[int, int], size: tuple[int, int]) -> Window:
