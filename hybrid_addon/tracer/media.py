@@ -42,14 +42,14 @@ def relative_ior(ior: Float64, entering: Bools) -> Float64:
 class Media:
     """The solids of a scene by rank, the smallest first; `count` stands for none, and for vacuum.
 
-    rank      : (np,) intp, the solid that each primitive bounds.
+    rank      : (np,) int32, the solid that each primitive bounds.
     ior       : (count + 1,) float64 of the solids, then of vacuum, 1.
     rows      : how many solids a ray can be inside of at once; 0: media are not tracked.
     thin      : (np,) bool, primitives of thin walls; None: there are none.
     low, high : (count, 3) float64, bounds of the solids.
     """
 
-    rank: Numbers = field(default_factory=lambda: np.zeros(0, np.intp))
+    rank: Stack = field(default_factory=lambda: np.zeros(0, np.int32))
     ior: Float64 = field(default_factory=lambda: np.ones(1))
     rows: int = 0
     thin: Bools | None = None
@@ -71,38 +71,44 @@ class Media:
 
     def eta(self, stack: Stack, prim: Numbers, ior: Float64, entering: Bools) -> Float64:
         """Transmitted over incident index (n,) at primitives of index `ior` (n,); exactly 1 where nothing bends."""
-        stateless = relative_ior(ior, entering)
         if self.rows == 0:
-            return stateless
+            return relative_ior(ior, entering)
         own = self.rank.take(prim)
         around = self._around(stack, own, entering)
-        visible = own < around
+        hidden = own >= around
         outer = self.ior.take(around)
-        tracked = np.where(visible, np.where(entering, ior / outer, outer / ior), 1.0)
-        return np.where(own < self.count, tracked, stateless)
+        unknown = np.flatnonzero(own == self.count)  # no solids: against whatever they lie in
+        outer[unknown], hidden[unknown] = 1.0, False
+        result = np.where(entering, ior, outer)
+        result /= np.where(entering, outer, ior)
+        result[hidden] = 1.0
+        return result
 
-    def _around(self, stack: Stack, own: Numbers, entering: Bools) -> Numbers:
+    def _around(self, stack: Stack, own: Stack, entering: Bools) -> Stack:
         """Rank (n,) of the medium outside an interface of solid `own`: the lowest but for one appearance of it."""
-        lowest = np.full(stack.shape[1], self.count, np.int32)
         skip = ~entering
+        lowest = np.full(stack.shape[1], self.count, np.int32)
         for row in stack:
-            itself = skip & (row == own)
-            lowest = np.minimum(lowest, np.where(itself, np.int32(self.count), row))
+            itself = row == own
+            itself &= skip
             skip &= ~itself
-        return lowest.astype(np.intp)
+            if itself.any():
+                row = np.where(itself, np.int32(self.count), row)
+            np.minimum(lowest, row, out=lowest)
+        return lowest
 
     def cross(self, stack: Stack, prim: Numbers, entering: Bools, tally: Tally) -> Stack:
         """The stack behind an interface. Leaving a solid that a ray is not in, or one too many, loses the medium."""
         if self.rows == 0:
             return stack
         own = self.rank.take(prim)
-        old = np.where(entering, self.count, own)
-        new = np.where(entering, own, self.count)
+        nothing = np.int32(self.count)
+        old, new = np.where(entering, nothing, own), np.where(entering, own, nothing)
         pending = own < self.count
         result = stack.copy()
         for row in result:
             here = pending & (row == old)
-            row[here] = new[here]
+            np.copyto(row, new, where=here)
             pending &= ~here
         tally.add("lost_media", np.count_nonzero(pending))
         return result
@@ -155,7 +161,7 @@ class Media:
                 break
             active, prim, toward = active[chosen], hits.prim[chosen].astype(np.intp), hits.toward[chosen]
             rays.append(active)
-            ranks.append(self.rank.take(prim))
+            ranks.append(self.rank.take(prim).astype(np.intp))
             signs.append(np.where(toward > 0, 1.0, -1.0))
             point = origin[:, chosen] + direction[:, chosen] * hits.t[chosen]
             onward = hits.normal[:, chosen] * np.sign(toward)

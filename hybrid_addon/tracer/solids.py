@@ -59,7 +59,7 @@ def find_solids(scene: Scene, geometry: Geometry, table: SurfaceTable) -> tuple[
     diagonal = ((solids.high - solids.low) ** 2).sum(axis=1)
     solids = solids.take(np.lexsort((solids.first, diagonal)))
     geometry, rows = _swell(geometry, solids)
-    rank = np.full(len(transmits), len(solids.first))
+    rank = np.full(len(transmits), len(solids.first), np.int32)
     rank[_primitives(solids)] = np.repeat(np.arange(len(solids.first)), solids.size)
     ior = _index_of(geometry, table, transmits, solids)
     return geometry, Media(rank, np.append(ior, 1.0), rows, thin if thin.any() else None, solids.low, solids.high)
@@ -136,9 +136,7 @@ def is_closed(mesh: TriangleMesh) -> bool:
 
 def _edges_match(triangles: Int32, nv: int) -> bool:
     a, b = triangles.astype(np.int64).ravel(), triangles[:, [1, 2, 0]].astype(np.int64).ravel()
-    keys, inverse = np.unique(np.minimum(a, b) * nv + np.maximum(a, b), return_inverse=True)
-    walked = np.bincount(inverse.reshape(-1), np.sign(b - a), minlength=len(keys))
-    return not walked.any()
+    return bool((np.sort(a * nv + b) == np.sort(b * nv + a)).all())
 
 
 # ------------------------------------------------------------------------------------------------ touching solids
