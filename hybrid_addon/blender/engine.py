@@ -15,7 +15,7 @@ import numpy as np
 
 from ..report.frame import frame_report
 from ..scene import Film, Float32, Settings
-from . import images, pipeline, results
+from . import images, layers, pipeline, results
 from .errors import HybridError
 
 Progress = Callable[[str, float], bool]
@@ -169,7 +169,7 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
     warnings = []
     source = pipeline.source_layer(scene)
     others = [
-        layer.name for layer in scene.view_layers if layer != source and layer.use and not layer.get(pipeline.MASK_MARK)
+        layer.name for layer in scene.view_layers if layer != source and layer.use and not layer.get(layers.MASK_MARK)
     ]
     if others:
         warnings.append(f"only view layer '{source.name}' is hybrid; drawn by EEVEE alone: {', '.join(others)}")

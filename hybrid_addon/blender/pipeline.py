@@ -19,29 +19,14 @@ import bpy
 
 from . import nodes
 from .errors import HybridError
+from .layers import SOURCE_MARK, mask_layer, set_, source_layer, sync_mask_layer
 from .restore import Restore
 
-MASK_LAYER = "Hybrid Mask"
 COLLECTION = "Hybrid Traced"
 TRACE_SCENE = "Hybrid Trace"
 TRACE_LAYER = "Traced"
 ENGINE = "HYBRID_TRACER"
-SOURCE_MARK = "hybrid_source"  # custom property on the user's view layer that the mask layer imitates
 COLLECTION_MARK = "hybrid_collection"  # custom property on our collections
-MASK_MARK = "hybrid_mask"  # custom property on the mask layer: found again after a rename
-
-# Settings of a view layer that change what EEVEE draws; the mask layer takes them from the user's layer.
-_LAYER_SETTINGS = (
-    "material_override",
-    "world_override",
-    "samples",
-    "use_sky",
-    "use_solid",
-    "use_strand",
-    "use_volumes",
-    "use_motion_blur",
-    "use_freestyle",
-)
 
 
 # ------------------------------------------------------------------------------------------------ questions
@@ -73,19 +58,6 @@ def why_inactive(scene: bpy.types.Scene) -> str:
             f"scene '{scene.name}' renders with {scene.render.engine}: set Render Engine to EEVEE for hybrid rendering"
         )
     return ""
-
-
-def source_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
-    """The user's view layer that is rendered hybrid: the first one that is rendered at all."""
-    own = [layer for layer in scene.view_layers if not layer.get(MASK_MARK)]
-    marked = [layer for layer in own if layer.get(SOURCE_MARK)]
-    used = [layer for layer in own if layer.use]
-    return (marked or used or own)[0]
-
-
-def mask_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer | None:
-    """The mask view layer, or None."""
-    return next((layer for layer in scene.view_layers if layer.get(MASK_MARK)), None)
 
 
 def trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene | None:
@@ -192,11 +164,11 @@ def sync(scene: bpy.types.Scene) -> None:
         mode = effective_mode(scene)
         source = _sync_source(scene, restore)
         collection = _sync_collection(scene)
-        mask = _sync_mask_layer(scene, source, collection)
+        mask = sync_mask_layer(scene, source, collection)
         trace = _sync_trace_scene(scene)
         nodes.sync(scene, source, mask, trace, mode, restore)
-        _set(mask, "use", mode == "HYBRID")
-        _set(source, "use", nodes.needs_source(scene, source, mode) or mode == "FULL")
+        set_(mask, "use", mode == "HYBRID")
+        set_(source, "use", nodes.needs_source(scene, source, mode) or mode == "FULL")
         restore.save()
 
 
@@ -217,7 +189,7 @@ def tear_down(scene: bpy.types.Scene) -> None:
             scene.view_layers.remove(mask)
         for layer in scene.view_layers:
             if SOURCE_MARK in layer:
-                _set(layer, "use", bool(restore.get("source_use", True)))
+                set_(layer, "use", bool(restore.get("source_use", True)))
                 del layer[SOURCE_MARK]
         collection, trace = own_collection(scene), trace_scene(scene)
         if collection is not None:
@@ -236,7 +208,7 @@ def _sync_source(scene: bpy.types.Scene, restore: Restore) -> bpy.types.ViewLaye
         source[SOURCE_MARK] = True
         restore.remember("source_use", source.use)
     restore.remember("use_single_layer", scene.render.use_single_layer)
-    _set(scene.render, "use_single_layer", False)  # with it on Blender skips the trace scene
+    set_(scene.render, "use_single_layer", False)  # with it on Blender skips the trace scene
     return source
 
 
@@ -256,38 +228,6 @@ def _sync_collection(scene: bpy.types.Scene) -> bpy.types.Collection:
     return collection
 
 
-def _sync_mask_layer(
-    scene: bpy.types.Scene, source: bpy.types.ViewLayer, ours: bpy.types.Collection
-) -> bpy.types.ViewLayer:
-    mask = mask_layer(scene)
-    if mask is None:
-        mask = scene.view_layers.new(MASK_LAYER)
-        mask[MASK_MARK] = True
-        for name in mask.bl_rna.properties.keys():  # a new layer has Depth on; the mask layer needs the picture only
-            if name.startswith("use_pass_"):
-                _set(mask, name, name == "use_pass_combined")
-    for name in _LAYER_SETTINGS:
-        if hasattr(source, name):
-            _set(mask, name, getattr(source, name))
-    for layer in scene.view_layers:
-        own = layer.layer_collection.children[ours.name]
-        _set(own, "exclude", layer != mask)
-    _set(mask.layer_collection.children[ours.name], "holdout", True)
-    _imitate(source.layer_collection, mask.layer_collection, ours)
-    return mask
-
-
-def _imitate(b_from: bpy.types.LayerCollection, b_to: bpy.types.LayerCollection, ours: bpy.types.Collection) -> None:
-    """Copy the per-layer switches of the user's collections."""
-    for child in b_from.children:
-        if child.collection == ours:
-            continue
-        twin = b_to.children[child.name]
-        for name in ("exclude", "holdout", "indirect_only"):
-            _set(twin, name, getattr(child, name))
-        _imitate(child, twin, ours)
-
-
 def _sync_trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene:
     trace = trace_scene(scene)
     if trace is None:
@@ -295,7 +235,7 @@ def _sync_trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene:
         trace.render.engine = ENGINE
         trace.background_set = scene
         trace.view_layers[0].name = TRACE_LAYER
-    _set(trace, "camera", scene.camera or _marker_camera(scene))  # Blender refuses to render a scene without one
+    set_(trace, "camera", scene.camera or _marker_camera(scene))  # Blender refuses to render a scene without one
     return trace
 
 
@@ -326,12 +266,6 @@ def _remove_orphans() -> None:
 
 
 # ------------------------------------------------------------------------------------------------ writing with care
-
-
-def _set(owner: bpy.types.bpy_struct, name: str, value: object) -> None:
-    """Assign only what differs: every assignment tags the dependency graph, and sync runs after each of its updates."""
-    if getattr(owner, name) != value:
-        setattr(owner, name, value)
 
 
 _inside = False

@@ -10,7 +10,7 @@ import traceback
 
 import bpy
 from bl_ext.user_default import hybrid_addon as hybrid
-from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import handlers, nodes, pipeline
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import handlers, layers, nodes, pipeline
 
 SEED, STEPS, FILE = sys.argv[sys.argv.index("--") + 1 :]
 dice = random.Random(int(SEED))
@@ -153,7 +153,7 @@ def check():
     named = [c for c in bpy.data.collections if c.name.startswith(pipeline.COLLECTION)]
     assert len(named) == len(standing), [c.name for c in named]
     for scene in scenes:
-        masks = [layer for layer in scene.view_layers if layer.get(pipeline.MASK_MARK)]
+        masks = [layer for layer in scene.view_layers if layer.get(layers.MASK_MARK)]
         assert len(masks) == (scene in standing), (scene.name, len(masks))
         tree = nodes.compositor_tree(scene)
         ours = [n for n in tree.nodes if n.get(nodes.ROLE) in {"mask", "trace"} or nodes.SOURCE in n] if tree else []

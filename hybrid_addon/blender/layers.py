@@ -1,0 +1,74 @@
+"""The two view layers that matter: the user's, and the mask layer, which imitates it and holds our collection out."""
+
+from __future__ import annotations
+
+import bpy
+
+MASK_LAYER = "Hybrid Mask"
+SOURCE_MARK = "hybrid_source"  # custom property on the user's view layer that the mask layer imitates
+MASK_MARK = "hybrid_mask"  # custom property on the mask layer: found again after a rename
+
+# Settings of a view layer that change what EEVEE draws; the mask layer takes them from the user's layer.
+_LAYER_SETTINGS = (
+    "material_override",
+    "world_override",
+    "samples",
+    "use_sky",
+    "use_solid",
+    "use_strand",
+    "use_volumes",
+    "use_motion_blur",
+    "use_freestyle",
+)
+
+
+def source_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
+    """The user's view layer that is rendered hybrid: the first one that is rendered at all."""
+    own = [layer for layer in scene.view_layers if not layer.get(MASK_MARK)]
+    marked = [layer for layer in own if layer.get(SOURCE_MARK)]
+    used = [layer for layer in own if layer.use]
+    return (marked or used or own)[0]
+
+
+def mask_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer | None:
+    """The mask view layer, or None."""
+    return next((layer for layer in scene.view_layers if layer.get(MASK_MARK)), None)
+
+
+def sync_mask_layer(
+    scene: bpy.types.Scene, source: bpy.types.ViewLayer, ours: bpy.types.Collection
+) -> bpy.types.ViewLayer:
+    """Make the mask layer show what the source layer shows, with `ours` held out; every other layer leaves `ours` out."""
+    mask = mask_layer(scene)
+    if mask is None:
+        mask = scene.view_layers.new(MASK_LAYER)
+        mask[MASK_MARK] = True
+        for name in mask.bl_rna.properties.keys():  # a new layer has Depth on; the mask layer needs the picture only
+            if name.startswith("use_pass_"):
+                set_(mask, name, name == "use_pass_combined")
+    for name in _LAYER_SETTINGS:
+        if hasattr(source, name):
+            set_(mask, name, getattr(source, name))
+    for layer in scene.view_layers:
+        own = layer.layer_collection.children[ours.name]
+        set_(own, "exclude", layer != mask)
+    set_(mask.layer_collection.children[ours.name], "holdout", True)
+    _imitate(source.layer_collection, mask.layer_collection, ours)
+    return mask
+
+
+def _imitate(b_from: bpy.types.LayerCollection, b_to: bpy.types.LayerCollection, ours: bpy.types.Collection) -> None:
+    """Copy the per-layer switches of the user's collections."""
+    for child in b_from.children:
+        if child.collection == ours:
+            continue
+        twin = b_to.children[child.name]
+        for name in ("exclude", "holdout", "indirect_only"):
+            set_(twin, name, getattr(child, name))
+        _imitate(child, twin, ours)
+
+
+def set_(owner: bpy.types.bpy_struct, name: str, value: object) -> None:
+    """Assign only what differs: every assignment tags the dependency graph, and sync runs after each of its updates."""
+    if getattr(owner, name) != value:
+        setattr(owner, name, value)
