@@ -38,7 +38,7 @@ def mask_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer | None:
 def sync_mask_layer(
     scene: bpy.types.Scene, source: bpy.types.ViewLayer, ours: bpy.types.Collection
 ) -> bpy.types.ViewLayer:
-    """Make the mask layer show what the source layer shows, with `ours` held out; every other layer leaves `ours` out."""
+    """Make the mask layer show what the source layer shows, with `ours` held out; no other layer shows `ours`."""
     mask = mask_layer(scene)
     if mask is None:
         mask = scene.view_layers.new(MASK_LAYER)
