@@ -91,7 +91,9 @@ class Surface:
     specular           : RGB reflectance at normal incidence of the Phong highlight (0 switches it off).
     roughness          : 0..1 as in Principled (alpha = roughness^2); it sets the Phong exponent.
     emission           : RGB radiance, added whatever the other weights are.
-    ior                : refractive index inside over outside, > 0.
+    ior                : refractive index inside, against vacuum, > 0. Closed bodies that transmit nest: where some
+                         overlap the smallest displaces the others (an air bubble in water has IOR 1). An open
+                         sheet bends light once, by ior, whatever it lies in.
     """
 
     name: str = ""

@@ -71,6 +71,12 @@ SWELLING = 64 * FLOAT32_ULP
 More than two origin offsets (10 ulp) even at a corner of a cube, where faces move by 1 / sqrt(3) of it.
 """
 
+NEIGHBOUR_SWELLING = 8 * FLOAT32_ULP
+"""A solid swells by this much more, relative to the largest coordinate of the other things that it may touch."""
+
+MAX_SWELLING = 2.0**-10
+"""But by no more than this share of its own diagonal."""
+
 MAX_RETRACES = 12
 """A hit behind its own ray is a rounding error of Embree; the ray is advanced and traced again, at most so often."""
 

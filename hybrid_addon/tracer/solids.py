@@ -2,7 +2,8 @@
 
 Solids that touch are made to overlap: where two surfaces coincide, Embree finds either, and a ray's new origin lies
 beyond both. So among solids whose bounds meet the smaller one swells by SWELLING, more than an origin's offset and less
-than any pixel; it then displaces the larger one (see `media`), and what was a lottery is one clean interface.
+than any pixel; it then displaces the larger one (see `media`), and what was a lottery is one clean interface. Likewise
+a glass that may stand on a table swells into it: its foot is then below the table top, which rays in it meet first.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float64, Int32, Scene, TriangleMesh
-from .constants import MAX_MEDIA, MAX_PILE, SWELLING, THIN_CLEARANCE, THIN_WALL
+from .constants import MAX_MEDIA, MAX_PILE, MAX_SWELLING, NEIGHBOUR_SWELLING, SWELLING, THIN_CLEARANCE, THIN_WALL
 from .geometry import Geometry
 from .media import Media
 from .soup import facets_of
@@ -109,18 +110,27 @@ def _bodies(scene: Scene, geometry: Geometry, transmits: Bools) -> _Bodies:
 def _measure(g: Geometry, start: Numbers, size: Numbers) -> tuple[Float64, Float64, Float64, Float64]:
     """Bounds (b, 3), extents (b,) and signed thicknesses 2 V / A (b,) of meshes given by their runs of triangles."""
     if len(start) == 0:
-        none = np.zeros((0, 3)), np.zeros(0)
-        return none[0], none[0], none[1], none[1]
+        return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
     prims = np.concatenate([np.arange(f, f + n) for f, n in zip(start.tolist(), size.tolist(), strict=True)])
-    runs = np.concatenate([[0], np.cumsum(size)[:-1]])
+    low, high, extent = _bounds(g, prims)
     corners = g.vertices[g.triangles[prims]].astype(np.float64)
-    low = np.minimum.reduceat(corners.min(axis=1), runs, axis=0)
-    high = np.maximum.reduceat(corners.max(axis=1), runs, axis=0)
     a, b, c = ((corners[:, i] - np.repeat((low + high) / 2, size, axis=0)).T for i in range(3))
     normal = cross(b - a, c - a)
+    runs = np.concatenate([[0], np.cumsum(size)[:-1]])
     area2 = np.add.reduceat(np.sqrt(dot(normal, normal)), runs)
     volume6 = np.add.reduceat(dot(a, cross(b, c)), runs)
-    return low, high, np.maximum.reduceat(g.extent[prims], runs).astype(np.float64), 2 / 3 * volume6 / area2
+    return low, high, extent, 2 / 3 * volume6 / area2
+
+
+def _bounds(g: Geometry, prims: Numbers) -> tuple[Float64, Float64, Float64]:
+    """Bounds (b, 3) and extents (b,) of the objects whose triangles `prims` are, in order."""
+    if len(prims) == 0:
+        return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
+    runs = np.flatnonzero(np.diff(g.object[prims], prepend=-1))
+    corners = g.vertices[g.triangles[prims]]
+    low = np.minimum.reduceat(corners.min(axis=1), runs, axis=0).astype(np.float64)
+    high = np.maximum.reduceat(corners.max(axis=1), runs, axis=0).astype(np.float64)
+    return low, high, np.maximum.reduceat(g.extent[prims], runs).astype(np.float64)
 
 
 def is_closed(mesh: TriangleMesh) -> bool:
@@ -143,25 +153,45 @@ def _edges_match(triangles: Int32, nv: int) -> bool:
 
 
 def _swell(geometry: Geometry, solids: _Bodies) -> tuple[Geometry, int]:
-    """Let smaller solids swell into those that they may touch; and how many solids a ray may be in at once."""
+    """Let solids swell into larger ones and into other things that they may touch; and how many a ray may be in."""
     count = len(solids.first)
     if count == 0:
         return geometry, 0
     if count > MAX_PILE:
         return geometry, MAX_MEDIA
     gap = SWELLING * solids.extent[:, None]
-    low, high = (solids.low - gap)[:, None], (solids.high + gap)[:, None]
-    meets = (low <= solids.high).all(axis=2) & (high >= solids.low).all(axis=2)
+    low, high = solids.low - gap, solids.high + gap
+    meets = (low[:, None] <= solids.high).all(axis=2) & (high[:, None] >= solids.low).all(axis=2)
     meets = meets | meets.T
     np.fill_diagonal(meets, False)
     rows = min(MAX_MEDIA, 2 + int(np.max(meets.sum(axis=1))))  # a solid may overlap itself
-    level = np.zeros(count)
+    neighbour = _neighbour_extent(geometry, solids, low, high)
+    level = (neighbour > 0).astype(float)
     for i in range(count - 2, -1, -1):
-        above = level[i + 1 :][meets[i, i + 1 :]]
-        level[i] = 1 + np.max(above) if len(above) else 0
-    scale = np.max(np.where(meets, solids.extent, 0.0), axis=1)
-    amount = level * SWELLING * np.maximum(scale, solids.extent)
-    return (_swollen(geometry, solids, amount) if amount.any() else geometry), rows
+        level[i] = max(level[i], 1 + np.max(level[i + 1 :], where=meets[i, i + 1 :], initial=-1.0))
+    scale = np.maximum(np.max(np.where(meets, solids.extent, 0.0), axis=1), solids.extent)
+    amount = level * SWELLING * scale + NEIGHBOUR_SWELLING * neighbour
+    diagonal = np.sqrt(((solids.high - solids.low) ** 2).sum(axis=1))
+    return _swollen(geometry, solids, np.minimum(amount, MAX_SWELLING * diagonal)), rows
+
+
+def _neighbour_extent(g: Geometry, solids: _Bodies, low: Float64, high: Float64) -> Float64:
+    """(b,) the largest extent of things, no solids, whose bounds meet those of each solid; 0: there are none."""
+    nt = g.triangle_count
+    solid = np.zeros(len(g.surface), bool)
+    solid[_primitives(solids)] = True
+    others_low, others_high, extent = _bounds(g, np.flatnonzero(~solid[:nt]))
+    balls = np.flatnonzero(~solid[nt : nt + g.sphere_count])
+    center, radius = g.sphere_center[balls], g.sphere_radius[balls, None]
+    planes = g.extent[nt + g.sphere_count :]
+    others_low = np.concatenate([others_low, center - radius, np.full((len(planes), 3), -np.inf)])
+    others_high = np.concatenate([others_high, center + radius, np.full((len(planes), 3), np.inf)])
+    extent = np.concatenate([extent, g.extent[nt + balls], planes])
+    result = np.zeros(len(solids.first))
+    for i in range(len(result)):
+        near = (others_low <= high[i]).all(axis=1) & (others_high >= low[i]).all(axis=1)
+        result[i] = np.max(extent, where=near, initial=0.0)
+    return result
 
 
 def _swollen(g: Geometry, solids: _Bodies, amount: Float64) -> Geometry:
@@ -187,8 +217,9 @@ def _place_normals(points: Float64, triangles: Numbers) -> Float64:
     """Unit normals (n, 3) of vertices, area weighted over all triangles that touch their place."""
     a, b, c = (points[triangles[:, i]].T for i in range(3))
     face = cross(b - a, c - a)
-    _, place = np.unique(points, axis=0, return_inverse=True)
-    place = place.reshape(-1)
+    place = np.arange(len(points))
+    if not _edges_match(triangles.astype(np.int32), len(points)):
+        place = np.unique(points, axis=0, return_inverse=True)[1].reshape(-1)
     total = np.stack(
         [
             np.bincount(place[triangles].ravel(), np.repeat(face[i], 3), minlength=int(np.max(place)) + 1)

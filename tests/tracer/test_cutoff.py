@@ -61,6 +61,13 @@ def test_the_error_is_within_the_residual_in_every_pixel(wine_glass, deep):
     assert len(cut) == 1 and cut[0]["count"] > 0
 
 
+def test_a_deep_tree_with_a_cutoff_costs_less_than_a_shallow_one_without(wine_glass, deep):
+    # Were the budget spent at once, tiny branches would multiply unchecked: 2^depth rays.
+    film = trace(wine_glass, replace(ALL, max_depth=40, cutoff=CUTOFF))
+    assert sum(film.rays.values()) < sum(deep.rays.values())
+    assert film.residual.mean() < deep.residual.mean()
+
+
 @pytest.mark.parametrize("cutoff", [1e-4, CUTOFF, 0.1])
 def test_white_furnace_with_a_cutoff(build, cutoff):
     s = build.scene((build.icosphere(2, 1, smooth=True), build.glass(1.5)), world=World((1, 1, 1)))

@@ -171,6 +171,33 @@ def test_the_answer_does_not_depend_on_the_overlap(build):
     assert np.quantile(np.abs(smaller.radiance - none.radiance), 0.98) < 1e-4
 
 
+@pytest.mark.parametrize("size", [5.0, 500.0])
+@pytest.mark.parametrize("shape", ["box", "loose box", "sphere"])
+def test_a_glass_that_stands_on_a_table_stands_in_it(build, shape, size):
+    # Coincident faces of glass and table: rays must meet the table, not slip out between the two.
+    q, _ = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))
+    m = np.eye(4)
+    m[:3, :3] = q * np.sign(np.linalg.det(q))
+
+    def film(depth):
+        table = build.quad([(-size, -size, 0), (size, -size, 0), (size, 1.1 * size, 0), (-size, size, 0)])
+        cam = build.camera(m[:3, :3] @ (0.4, -2, 4), m[:3, :3] @ (0, 0, 0.3), m[:3, :3] @ (0, 0, 1), (48, 48), 0.3)
+        block = build.box((-0.7, -0.7, -depth), (0.7, 0.7, 1.1))
+        if shape == "loose box":
+            block = build.mesh(block.vertices[block.triangles].reshape(-1, 3), np.arange(36))
+        table = (table, build.emitter(1, 1, 1), {"matrix": m, "ray_traced": False})
+        if shape != "sphere":
+            return picture(build.scene(table, (block, build.glass(GLASS), {"matrix": m}), camera=cam), max_depth=6)
+        ball = Sphere("ball", tuple(m[:3, :3] @ (0, 0, 0.5 - depth)), 0.5, 1)
+        return picture(
+            replace(build.scene(table, camera=cam, surfaces=(table[1], build.glass(GLASS))), spheres=(ball,)),
+            max_depth=6,
+        )
+
+    on, sunk = film(0.0), film(1e-3)
+    assert (np.abs(on.radiance - sunk.radiance).max(2) > 0.05).mean() < 0.02
+
+
 def test_equal_media_that_touch_are_one(build):
     halves = [(slab(build, 0, 2), build.glass(GLASS)), (slab(build, -2, 0), build.glass(GLASS))]
     whole = straight_down(build, (slab(build, -2, 2), build.glass(GLASS)))
