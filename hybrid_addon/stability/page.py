@@ -68,13 +68,13 @@ a { color: inherit; }
 <p class="summary"><b class="$tone">$summary</b> in $seconds s.
 <span class="soft">$versions</span></p>
 <p>Every case is a number with a tolerance, measured by tracing small scenes; it passes if the number is finite and not
-above the tolerance. A tolerance of 0 means bit by bit. Radiance is linear, with a largest value of about 1. The strip
-shows the <b>value</b> (dot) and its <b>tolerance</b> (tick) on a logarithmic scale from 1e-17 to 10; the number in the
-first column is that of the situation, of which there are $situations.</p>
+above the tolerance. A tolerance of 0 means that nothing at all may differ. Radiance is linear, with a largest value of
+about 1. The strip shows the <b>value</b> (dot) and its <b>tolerance</b> (tick) on a logarithmic scale from 1e-17 to 10;
+the number in the first column is that of the situation, of which there are $situations.</p>
 $limits
 <h2>Overview</h2>
 <table class="overview">
-<thead><tr><th>Theme</th><th class="n">cases</th><th class="n">passed</th><th class="n">bit exact</th>
+<thead><tr><th>Theme</th><th class="n">cases</th><th class="n">passed</th><th class="n">tolerance 0</th>
 <th class="n">seconds</th></tr></thead>
 <tbody>
 $overview
