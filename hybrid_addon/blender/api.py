@@ -69,7 +69,7 @@ GEOMETRY = {"MESH", "CURVE", "SURFACE", "META", "FONT", "EMPTY"}  # an empty may
 
 
 def _check_value(name: str, value: float | None) -> None:
-    low, high = (1e-3, 1e3) if name == "ior" else (0.0, 1.0)
+    low, high = (1e-6, 1e6) if name == "ior" else (0.0, 1.0)
     if value is not None and not low <= value <= high:  # also refuses NaN
         raise HybridError(f"{name} is {value}: it must lie between {low:g} and {high:g}")
 

@@ -267,7 +267,7 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument("--ray-traced", nargs="+", metavar="NAME", help="flag these objects instead of the file's")
     render.add_argument("--reflectivity", type=_number(0, 1), metavar="X", help="of the ray traced objects, 0..1")
     render.add_argument("--opacity", type=_number(0, 1), metavar="X", help="of the ray traced objects, 0..1")
-    render.add_argument("--ior", type=_number(1e-3, 1e3), metavar="X", help="of the ray traced objects")
+    render.add_argument("--ior", type=_number(1e-6, 1e6), metavar="X", help="of the ray traced objects")
     render.add_argument(
         "--samples", type=_number(1, 65536, int), metavar="N", help="rays through each ray traced pixel"
     )
