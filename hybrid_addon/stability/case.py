@@ -9,6 +9,9 @@ from dataclasses import dataclass
 
 from ..scene import Float32
 
+SWELLING = "clear bodies swell into what they may touch, by 8 to 16 ulp of the larger thing's coordinates"
+"""A limit that several cases share: whether a body may touch another is asked of boxes along the world's axes."""
+
 
 @dataclass(frozen=True, eq=False)
 class Measured:
