@@ -192,7 +192,8 @@ def fill(target, low, high):
 
 
 def save(path):
-    """Write the file, compressed, with nothing in it that is not used."""
+    """Write the file with Hybrid switched on, compressed, with nothing in it that is not used."""
     bpy.context.scene.frame_set(1)
+    bpy.context.scene.hybrid.enabled = True  # the pipeline itself is never saved
     bpy.data.orphans_purge(do_recursive=True)
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, relative_remap=False)

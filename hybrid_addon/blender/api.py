@@ -47,6 +47,8 @@ def mark(
 
     Raises HybridError for an object that has no surface (a light, a camera) and for a value out of range.
     """
+    if not isinstance(obj, bpy.types.Object):
+        raise HybridError(f"{obj!r} is not an object: pass bpy.data.objects['NAME']")
     if obj.type not in GEOMETRY:
         raise HybridError(f"'{obj.name}' is a {obj.type.lower()}: only objects with a surface can be ray traced")
     if obj.library is not None:
@@ -169,6 +171,8 @@ def _overridden(
                 setattr(settings, name, values[name])
             except TypeError as error:
                 raise HybridError(f"{name} is {values[name]!r}: {str(error).splitlines()[0]}") from error
+            if getattr(settings, name) != values[name]:
+                raise HybridError(f"{name} is {values[name]!r}: it is out of range")
         if resolution is not None:
             b_render.resolution_x, b_render.resolution_y = resolution
             b_render.resolution_percentage = 100

@@ -29,6 +29,7 @@ class HybridTracer(bpy.types.RenderEngine):
     bl_label = "Hybrid Tracer"
     bl_use_preview = False
     bl_use_shading_nodes_custom = False
+    _said = ""
 
     def update_render_passes(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
         """Declare the passes, or compositor trees lose their sockets."""
@@ -66,8 +67,11 @@ class HybridTracer(bpy.types.RenderEngine):
             self.end_result(target, cancel=not delivered)
 
     def _progress(self, phase: str, fraction: float) -> bool:
-        self.update_stats("Hybrid", phase if fraction <= 0 else f"{phase} {fraction * 100:.0f} %")
-        self.update_progress(fraction)
+        text = phase if fraction <= 0 else f"{phase} {fraction * 100:.0f} %"
+        if text != self._said:  # in the background each call is a line of output
+            self._said = text
+            self.update_stats("Hybrid", text)
+            self.update_progress(fraction)
         return not self.test_break()
 
     def _fail(self, scene: str, message: str) -> None:

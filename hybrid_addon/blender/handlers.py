@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import pipeline, results
+from . import images, pipeline, results
 from .fingerprint import Fingerprint, fingerprint
 
 _undone: Fingerprint | None = None
@@ -73,6 +73,8 @@ def _on_loaded(*_args: Any) -> None:
     global _undone
     _undone = None
     pipeline.sync_all()
+    if bpy.app.background and any(pipeline.is_active(scene) for scene in bpy.data.scenes):
+        images.ensure_render_result()
 
 
 @persistent

@@ -15,6 +15,7 @@ from ..scene import Float32
 from .errors import HybridError
 
 _CHANNELS = "RGBA"
+RENDER_RESULT = "Render Result"
 
 
 def read_render_result(scene: bpy.types.Scene) -> dict[str, Float32]:
@@ -23,14 +24,33 @@ def read_render_result(scene: bpy.types.Scene) -> dict[str, Float32]:
     Goes through a multilayer EXR in Blender's temporary folder: the only way that works while the compositor's other
     scenes are still rendering, in the background and in a window. The user's image settings come back unchanged.
     """
+    if RENDER_RESULT not in bpy.data.images:
+        raise HybridError("Blender keeps no render result in this file: render once with F12 and save it")
     handle, name = tempfile.mkstemp(prefix="hybrid_", suffix=".exr", dir=bpy.app.tempdir or None)
     os.close(handle)
     try:
         with _multilayer(scene):
-            bpy.data.images["Render Result"].save_render(name, scene=scene)
+            bpy.data.images[RENDER_RESULT].save_render(name, scene=scene)
         return read_exr(name)
     finally:
         Path(name).unlink(missing_ok=True)
+
+
+def ensure_render_result() -> None:
+    """Make sure that the image exists through which a render is read.
+
+    A file made from an empty one has none, and `blender -b FILE -f 1` makes it only after its first frame; the render
+    operator makes it before it renders anything, so here it "renders" a scene that has no camera. Not during a render.
+    """
+    if RENDER_RESULT in bpy.data.images:
+        return
+    empty = bpy.data.scenes.new("Hybrid Empty")
+    try:
+        bpy.ops.render.render(scene=empty.name)
+    except RuntimeError:
+        pass  # no camera: that is the idea
+    finally:
+        bpy.data.scenes.remove(empty)
 
 
 def read_exr(path: str | os.PathLike[str]) -> dict[str, Float32]:
@@ -89,7 +109,7 @@ def write_render_result(path: str | os.PathLike[str], scene: bpy.types.Scene) ->
     file_format, depth = formats[Path(path).suffix.lower()]
     with atomic(path) as temporary, image_settings(scene, "IMAGE", file_format, depth):
         try:
-            bpy.data.images["Render Result"].save_render(temporary, scene=scene)
+            bpy.data.images[RENDER_RESULT].save_render(temporary, scene=scene)
         except RuntimeError as error:
             raise HybridError(f"cannot write '{path}': {str(error).strip()}") from error
 
@@ -97,7 +117,7 @@ def write_render_result(path: str | os.PathLike[str], scene: bpy.types.Scene) ->
 @contextmanager
 def atomic(path: str | os.PathLike[str]) -> Iterator[str]:
     """Give a temporary name beside `path`; rename it there on success, remove it on failure: whole or not at all."""
-    path = Path(path)
+    path = Path(path).absolute()  # Blender takes a bare name for a folder
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
         yield str(temporary)

@@ -107,6 +107,8 @@ def flagged_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 def enable(scene: bpy.types.Scene) -> None:
     """Switch hybrid rendering on. Raises HybridError with the reason where the scene cannot be rendered hybrid."""
+    if not isinstance(scene, bpy.types.Scene):
+        raise HybridError(f"{scene!r} is not a scene: pass bpy.context.scene")
     reason = why_inactive(scene)
     if reason:
         raise HybridError(reason)

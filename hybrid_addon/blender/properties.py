@@ -112,7 +112,7 @@ class HybridSceneSettings(PropertyGroup):
     max_depth: IntProperty(  # type: ignore[valid-type]
         name="Max Bounces",
         description="How often a ray may be reflected or refracted after it left the camera",
-        default=16,
+        default=32,
         min=0,
         max=1024,
         soft_max=64,

@@ -213,3 +213,29 @@ def test_without_opengl_hybrid_says_so_and_full_still_works(blend, tmp_path):
     assert not (tmp_path / "hybrid.png").exists()
     assert run("full").returncode == 0
     assert (tmp_path / "full.png").exists()
+
+
+def test_plan_without_a_camera_is_one_line(addon, tmp_path, capfd):
+    blend = save(tmp_path / "x.blend", lambda scene: setattr(scene, "camera", None))
+    refuse(capfd, ["plan", str(blend)], "no camera")
+
+
+def test_a_bare_name_goes_into_the_current_folder(blend, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(render(blend, "bare.png", "--report", "bare.json")) == 0
+    assert (tmp_path / "bare.png").exists()
+    assert (tmp_path / "bare.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: hybrid.mark("Cube"), "'Cube' is not an object"),
+        (lambda: hybrid.enable(None), "None is not a scene"),
+        (lambda: hybrid.render(mode="full", samples=0), "samples is 0"),
+        (lambda: hybrid.render(mode="sketch"), "mode is 'SKETCH'"),
+    ],
+)
+def test_the_api_refuses_in_one_line(blend, call, words):
+    with pytest.raises(hybrid.HybridError, match=words):
+        call()

@@ -21,8 +21,13 @@ def add(name: str, location: tuple[float, float, float], rgb: tuple[float, float
     return obj
 
 
+bpy.ops.wm.read_factory_settings(use_empty=True)  # so that the file has no "Render Result" image of its own yet
+bpy.ops.preferences.addon_enable(module="bl_ext.user_default.hybrid_addon")
 scene = bpy.context.scene
-bpy.data.objects.remove(bpy.data.objects["Cube"])
+scene.world = bpy.data.worlds.new("World")
+bpy.ops.object.light_add(type="SUN", rotation=(0.6, 0.3, 0))
+bpy.ops.object.camera_add()
+scene.camera = bpy.context.object
 bpy.ops.mesh.primitive_plane_add(size=20)
 add("Floor", (0, 0, 0), (0.5, 0.5, 0.5))
 bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24)

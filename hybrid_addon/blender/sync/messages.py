@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ..errors import HybridError
 
-class UnsupportedError(ValueError):
+
+class UnsupportedError(HybridError):
     """The scene cannot be rendered at all; the message is one line that says what is wrong and what to do."""
 
 
