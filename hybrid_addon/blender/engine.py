@@ -39,6 +39,9 @@ class HybridTracer(bpy.types.RenderEngine):
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Trace one frame. An error is one line in the interface and in the console, and leaves no picture."""
+        if images.EMPTY_MARK in depsgraph.scene:
+            self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
+            return
         scene = depsgraph.scene.background_set
         if scene is None:
             self._fail("", "this scene belongs to the Hybrid add-on: render your own scene instead")

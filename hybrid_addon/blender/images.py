@@ -12,10 +12,12 @@ import bpy
 import numpy as np
 
 from ..scene import Float32
+from . import pipeline
 from .errors import HybridError
 
 _CHANNELS = "RGBA"
 RENDER_RESULT = "Render Result"
+EMPTY_MARK = "hybrid_empty"  # custom property on a scene that is rendered for nothing
 
 
 def read_render_result(scene: bpy.types.Scene) -> dict[str, Float32]:
@@ -39,18 +41,23 @@ def read_render_result(scene: bpy.types.Scene) -> dict[str, Float32]:
 def ensure_render_result() -> None:
     """Make sure that the image exists through which a render is read.
 
-    A file made from an empty one has none, and `blender -b FILE -f 1` makes it only after its first frame; the render
-    operator makes it before it renders anything, so here it "renders" a scene that has no camera. Not during a render.
+    A file made from an empty one has none, and `blender -b FILE -f 1` makes it only after its first frame. The render
+    operator makes it before it renders, so here it renders a scene with nothing in it, by our own engine. Not during a
+    render.
     """
     if RENDER_RESULT in bpy.data.images:
         return
-    empty = bpy.data.scenes.new("Hybrid Empty")
-    try:
-        bpy.ops.render.render(scene=empty.name)
-    except RuntimeError:
-        pass  # no camera: that is the idea
-    finally:
-        bpy.data.scenes.remove(empty)
+    with pipeline.guard():
+        empty = bpy.data.scenes.new("Hybrid Empty")
+        camera = bpy.data.cameras.new("Hybrid Empty")
+        try:
+            empty.render.engine, empty[EMPTY_MARK] = pipeline.ENGINE, True
+            empty.camera = bpy.data.objects.new("Hybrid Empty", camera)  # without one Blender ends the process
+            empty.render.resolution_x = empty.render.resolution_y = 4
+            bpy.ops.render.render(scene=empty.name)
+        finally:
+            bpy.data.cameras.remove(camera)  # and with it the object
+            bpy.data.scenes.remove(empty)
 
 
 def read_exr(path: str | os.PathLike[str]) -> dict[str, Float32]:

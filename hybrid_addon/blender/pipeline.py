@@ -158,7 +158,7 @@ def sync(scene: bpy.types.Scene) -> None:
     if not is_active(scene):
         tear_down(scene)
         return
-    with _guard() as entered:
+    with guard() as entered:
         if not entered:
             return
         _disown_copies(scene)
@@ -180,7 +180,7 @@ def tear_down(scene: bpy.types.Scene) -> None:
         return
     if not (scene.hybrid.restore or own_collection(scene) or trace_scene(scene) or mask_layer(scene)):
         return
-    with _guard() as entered:
+    with guard() as entered:
         if not entered:
             return
         _disown_copies(scene)
@@ -279,7 +279,7 @@ def _busy() -> bool:
 
 
 @contextmanager
-def _guard() -> Iterator[bool]:
+def guard() -> Iterator[bool]:
     """Keep our own edits from calling us again through update callbacks and depsgraph handlers."""
     global _inside
     if _busy():

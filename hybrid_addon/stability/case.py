@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from ..scene import Float32
 
-SWELLING = "clear bodies swell into what they may touch, by 8 to 16 ulp of the larger thing's coordinates"
+SWELLING = "clear bodies swell into what they touch, by 64 ulp of their coordinates and 8 of the other thing's"
 """A limit that several cases share: whether a body may touch another is asked of boxes along the world's axes."""
 
 

@@ -21,20 +21,24 @@ def generate_rays(
     width, height = camera.resolution
     plane_x = left + (right - left) * (x / width)
     plane_y = bottom + (top - bottom) * (y / height)
-    depth_of_center = float(((center - position) * -axis_z).sum())
-    start = max(camera.clip_start, depth_of_center - bounds_radius)
     eye = position - center
 
-    direction = np.empty((3, len(x)))
-    origin = np.empty((3, len(x)), np.float32)
-    if camera.projection == "PERSP":
-        for i in range(3):
+    direction, foot = np.empty((3, len(x))), np.empty((3, len(x)))
+    for i in range(3):
+        if camera.projection == "PERSP":
             direction[i] = plane_x * axis_x[i] + plane_y * axis_y[i] - axis_z[i]
-            origin[i] = eye[i] + start * direction[i]
-    else:
-        for i in range(3):
+            foot[i] = eye[i]
+        else:
             direction[i] = -axis_z[i]
-            origin[i] = eye[i] + plane_x * axis_x[i] + plane_y * axis_y[i] - start * axis_z[i]
+            foot[i] = eye[i] + plane_x * axis_x[i] + plane_y * axis_y[i]
     length = np.sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2])
-    t_max = (camera.clip_end - start) * length
-    return origin, (direction / length).astype(np.float32), t_max.astype(np.float32)
+    exact = direction / length
+    unit = exact.astype(np.float32)
+    clip_start, clip_end = camera.clip_start * length, camera.clip_end * length
+    # Distances along each ray to where it passes the centre, and to where it enters the ball.
+    nearest = -(foot[0] * exact[0] + foot[1] * exact[1] + foot[2] * exact[2])
+    start = np.maximum(clip_start, nearest - bounds_radius)
+    aim = np.maximum(start, nearest)
+    # Aimed with the rounded direction: the ray is exact where the scene is, not where the camera is.
+    origin = (foot + aim * exact - (aim - start) * unit).astype(np.float32)
+    return origin, unit, (clip_end - start).astype(np.float32)

@@ -72,7 +72,10 @@ More than two origin offsets (10 ulp) even at a corner of a cube, where faces mo
 """
 
 NEIGHBOUR_SWELLING = 8 * FLOAT32_ULP
-"""A solid swells by this much more, relative to the largest coordinate of the other things that it may touch."""
+"""A solid swells by this much more, relative to the largest coordinate of the other things that it touches."""
+
+TOUCH_PAIRS = 1 << 22
+"""So many pairs of a vertex and a plane are compared at once: 32 MB."""
 
 MAX_SWELLING = 2.0**-10
 """But by no more than this share of its own diagonal."""

@@ -3,7 +3,7 @@
 Solids that touch are made to overlap: where two surfaces coincide, Embree finds either, and a ray's new origin lies
 beyond both. So among solids whose bounds meet the smaller one swells by SWELLING, more than an origin's offset and less
 than any pixel; it then displaces the larger one (see `media`), and what was a lottery is one clean interface. Likewise
-a glass that may stand on a table swells into it: its foot is then below the table top, which rays in it meet first.
+a glass that stands on a table swells into it: its foot is then below the table top, which rays in it meet first.
 """
 
 from __future__ import annotations
@@ -14,7 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float64, Int32, Scene, TriangleMesh
-from .constants import MAX_MEDIA, MAX_PILE, MAX_SWELLING, NEIGHBOUR_SWELLING, SWELLING, THIN_CLEARANCE, THIN_WALL
+from .constants import (
+    MAX_MEDIA,
+    MAX_PILE,
+    MAX_SWELLING,
+    NEIGHBOUR_SWELLING,
+    SWELLING,
+    THIN_CLEARANCE,
+    THIN_WALL,
+    TOUCH_PAIRS,
+)
 from .geometry import Geometry
 from .media import Media
 from .soup import facets_of
@@ -165,7 +174,7 @@ def _swell(geometry: Geometry, solids: _Bodies) -> tuple[Geometry, int]:
     meets = meets | meets.T
     np.fill_diagonal(meets, False)
     rows = min(MAX_MEDIA, 2 + int(np.max(meets.sum(axis=1))))  # a solid may overlap itself
-    neighbour = _neighbour_extent(geometry, solids, low, high)
+    neighbour = _neighbour_extent(geometry, solids)
     level = (neighbour > 0).astype(float)
     for i in range(count - 2, -1, -1):
         level[i] = max(level[i], 1 + np.max(level[i + 1 :], where=meets[i, i + 1 :], initial=-1.0))
@@ -175,23 +184,68 @@ def _swell(geometry: Geometry, solids: _Bodies) -> tuple[Geometry, int]:
     return _swollen(geometry, solids, np.minimum(amount, MAX_SWELLING * diagonal)), rows
 
 
-def _neighbour_extent(g: Geometry, solids: _Bodies, low: Float64, high: Float64) -> Float64:
-    """(b,) the largest extent of things, no solids, whose bounds meet those of each solid; 0: there are none."""
-    nt = g.triangle_count
-    solid = np.zeros(len(g.surface), bool)
-    solid[_primitives(solids)] = True
-    others_low, others_high, extent = _bounds(g, np.flatnonzero(~solid[:nt]))
-    balls = np.flatnonzero(~solid[nt : nt + g.sphere_count])
-    center, radius = g.sphere_center[balls], g.sphere_radius[balls, None]
-    planes = g.extent[nt + g.sphere_count :]
-    others_low = np.concatenate([others_low, center - radius, np.full((len(planes), 3), -np.inf)])
-    others_high = np.concatenate([others_high, center + radius, np.full((len(planes), 3), np.inf)])
-    extent = np.concatenate([extent, g.extent[nt + balls], planes])
+def _neighbour_extent(g: Geometry, solids: _Bodies) -> Float64:
+    """(b,) the largest extent of triangles and planes, of no solid, that each solid touches; 0: it touches none."""
+    flat = np.ones(len(g.surface), bool)
+    flat[_primitives(solids)] = False
+    flat[g.triangle_count : g.triangle_count + g.sphere_count] = False
+    others = np.flatnonzero(flat)
+    triangles = others[others < g.triangle_count]
+    low, high = np.full((2, len(others), 3), np.inf)
+    low = -low
+    low[: len(triangles)] = g.vertices[g.triangles[triangles]].min(axis=1)
+    high[: len(triangles)] = g.vertices[g.triangles[triangles]].max(axis=1)
+    extent = g.extent[others].astype(np.float64)
     result = np.zeros(len(solids.first))
     for i in range(len(result)):
-        near = (others_low <= high[i]).all(axis=1) & (others_high >= low[i]).all(axis=1)
-        result[i] = np.max(extent, where=near, initial=0.0)
+        reach = SWELLING * solids.extent[i] + NEIGHBOUR_SWELLING * extent
+        meets = (low <= solids.high[i] + reach[:, None]) & (high >= solids.low[i] - reach[:, None])
+        near = np.flatnonzero(meets.all(axis=1))
+        touched = near[_touches(g, solids, i, others[near], reach[near])]
+        result[i] = np.max(extent[touched], initial=0.0)
     return result
+
+
+def _touches(g: Geometry, solids: _Bodies, body: int, prims: Numbers, reach: Float64) -> Bools:
+    """Which of the triangles and planes `prims` (p,) have a point of the body's surface within `reach` (p,) of them.
+
+    For a mesh its vertices are asked, for a sphere the point that is nearest to the plane.
+    """
+    first = int(solids.first[body])
+    facets = g.facets[prims]
+    if first >= g.triangle_count:
+        ball = first - g.triangle_count
+        center, radius = g.sphere_center[ball].astype(np.float64), float(g.sphere_radius[ball])
+        side = facets[:, :3] @ center - facets[:, 3]
+        points = center - np.sign(side)[:, None] * radius * facets[:, :3]
+        return (np.abs(np.abs(side) - radius) <= reach) & _inside(g, prims, points, reach)
+    used = np.unique(g.triangles[first : first + int(solids.size[body])])
+    points = g.vertices[used].astype(np.float64)
+    found = np.zeros(len(prims), bool)
+    step = max(1, TOUCH_PAIRS // len(points))
+    for start in range(0, len(prims), step):
+        part = slice(start, start + step)
+        close = np.abs(facets[part, :3] @ points.T - facets[part, 3:]) <= reach[part, None]
+        which, point = np.nonzero(close)
+        inside = _inside(g, prims[part][which], points[point], reach[part][which])
+        found[start + which[inside]] = True
+    return found
+
+
+def _inside(g: Geometry, prims: Numbers, points: Float64, reach: Float64) -> Bools:
+    """(n,) whether points (n, 3) near the planes of `prims` (n,) lie over the triangle, or `reach` (n,) beside it."""
+    inside = np.ones(len(prims), bool)
+    is_triangle = prims < g.triangle_count
+    chosen = prims[is_triangle]
+    corners = g.vertices[g.triangles[chosen]].astype(np.float64)
+    normal = g.facets[chosen, :3]
+    for k in range(3):
+        edge = corners[:, (k + 1) % 3] - corners[:, k]
+        inward = np.cross(normal, edge)
+        length = np.sqrt((inward**2).sum(axis=1))
+        depth = ((points[is_triangle] - corners[:, k]) * inward).sum(axis=1)
+        inside[is_triangle] &= depth >= -reach[is_triangle] * length
+    return inside
 
 
 def _swollen(g: Geometry, solids: _Bodies, amount: Float64) -> Geometry:
