@@ -129,7 +129,7 @@ def check(scene: bpy.types.Scene) -> None:
 
 def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     """What a render of this scene would trace and what it would leave out, with the reason for each. Traces nothing."""
-    from ..tracer.plan import prepare
+    from ..tracer.plan import describe
     from .sync import translate
 
     scene = scene or bpy.context.scene
@@ -147,7 +147,7 @@ def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
         "ray_traced": [ob.name for ob in pipeline.flagged_objects(scene)],
         "settings": engine.public_settings(scene),
         "counts": dict(translation.counts),
-        "skipped": [] if mode == "RASTER" else prepare(translation.scene, engine.tracer_settings(scene)).plan.skipped,
+        "skipped": [] if mode == "RASTER" else describe(translation.scene, engine.tracer_settings(scene)),
         "warnings": [*translation.warnings],
     }
 
