@@ -26,7 +26,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scene", nargs="?", type=Path, default=ROOT / "sample_scenes" / "intermediate.blend")
     parser.add_argument("--output", type=Path, default=ROOT / "demo")
-    parser.add_argument("--resolution", type=cli._resolution, default=(480, 360))
+    parser.add_argument("--resolution", type=cli.resolution, default=(480, 360))
     parser.add_argument("--samples", type=int, default=9)
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)

@@ -1,0 +1,37 @@
+"""`hybrid plan`: what would be traced, what is left out, and why."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from .. import api
+from .common import Verbs, open_file, say
+
+
+def add(verbs: Verbs) -> None:
+    """Add the verb to the parser."""
+    plan = verbs.add_parser("plan", help="say what would be traced and what is left out; traces nothing")
+    plan.set_defaults(verb=_plan)
+    plan.add_argument("file", type=Path, metavar="FILE")
+    plan.add_argument("--json", action="store_true", help="as JSON")
+
+
+def _plan(arguments: argparse.Namespace) -> None:
+    scene = open_file(arguments.file)
+    plan = api.plan(scene)
+    for line in json.dumps(plan, indent=1).splitlines() if arguments.json else _lines(plan):
+        say(line, prefix="")
+
+
+def _lines(plan: dict[str, Any]) -> list[str]:
+    return [
+        f"scene {plan['scene']}: mode {plan['mode'].lower()}" + (f" ({plan['why']})" if plan["why"] else ""),
+        "ray traced: " + (", ".join(plan["ray_traced"]) or "nothing"),
+        "settings: " + ", ".join(f"{name} {value}" for name, value in plan["settings"].items()),
+        "counts: " + ", ".join(f"{name} {value}" for name, value in plan["counts"].items()),
+        *(f"left out: {item['what']}: {item['why']}" for item in plan["skipped"]),
+        *(f"warning: {warning}" for warning in plan["warnings"]),
+    ]
