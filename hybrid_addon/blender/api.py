@@ -86,12 +86,13 @@ def render(
     light_falloff: str | None = None,
     resolution: tuple[int, int] | None = None,
     threads: int | None = None,
+    camera: bpy.types.Object | None = None,
 ) -> HybridResult:
     """Render one frame through Blender's own pipeline, exactly as F12 does, and return it.
 
     What is given overrides the scene's setting for this render only; a scene that is not enabled is for its duration.
-    mode: "hybrid", "raster" or "full". Raises HybridError (one line) for what cannot be rendered, RuntimeError if the
-    render itself failed or was cancelled.
+    mode: "hybrid", "raster" or "full". camera: instead of the scene's and its markers'. Raises HybridError (one line)
+    for what cannot be rendered, RuntimeError if the render itself failed or was cancelled.
     """
     scene = scene or bpy.context.scene
     overrides = {
@@ -101,7 +102,7 @@ def render(
         "light_falloff": light_falloff.upper() if light_falloff else None,
         "threads": threads,
     }
-    with _overridden(scene, overrides, frame, resolution):
+    with _seen_by(scene, camera), _overridden(scene, overrides, frame, resolution):
         check(scene)
         try:
             bpy.ops.render.render(scene=scene.name)
@@ -114,17 +115,21 @@ def render(
 
 def check(scene: bpy.types.Scene) -> None:
     """Raise HybridError, before anything is rendered, for what would fail or mislead."""
+    check_camera(scene, scene.camera)
+    if pipeline.effective_mode(scene) != "FULL":
+        opengl.require()
+
+
+def check_camera(scene: bpy.types.Scene, camera: bpy.types.Object | None) -> None:
+    """Raise HybridError if this scene, or this camera of it, cannot be rendered hybrid at all."""
     reason = pipeline.why_inactive(scene)
     if reason:
         raise HybridError(reason)
-    camera = scene.camera
     if camera is None:
         raise HybridError(f"scene '{scene.name}' has no camera: add one and make it the active camera")
     if camera.type != "CAMERA" or camera.data.type not in {"PERSP", "ORTHO"}:
         kind = camera.data.type.lower() if camera.type == "CAMERA" else camera.type.lower()
         raise HybridError(f"camera '{camera.name}' is {kind}: hybrid rendering needs a perspective or orthographic one")
-    if pipeline.effective_mode(scene) != "FULL":
-        opengl.require()
 
 
 def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
@@ -153,6 +158,25 @@ def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
 
 
 # ------------------------------------------------------------------------------------------------ small parts
+
+
+@contextmanager
+def _seen_by(scene: bpy.types.Scene, camera: bpy.types.Object | None) -> Iterator[None]:
+    """Render with this camera; the scene's own and its markers' come back."""
+    if camera is None:
+        yield
+        return
+    markers = [(marker, marker.camera) for marker in scene.timeline_markers if marker.camera]
+    before = scene.camera
+    try:
+        for marker, _ in markers:
+            marker.camera = None
+        scene.camera = camera
+        yield
+    finally:
+        for marker, own in markers:
+            marker.camera = own
+        scene.camera = before
 
 
 @contextmanager

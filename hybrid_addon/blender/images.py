@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,7 +11,7 @@ import bpy
 import numpy as np
 
 from ..scene import Float32
-from . import pipeline
+from . import files, pipeline
 from .errors import HybridError
 
 _CHANNELS = "RGBA"
@@ -28,14 +27,10 @@ def read_render_result(scene: bpy.types.Scene) -> dict[str, Float32]:
     """
     if RENDER_RESULT not in bpy.data.images:
         raise HybridError("Blender keeps no render result in this file: render once with F12 and save it")
-    handle, name = tempfile.mkstemp(prefix="hybrid_", suffix=".exr", dir=bpy.app.tempdir or None)
-    os.close(handle)
-    try:
+    with files.scratch() as name:
         with _multilayer(scene):
-            bpy.data.images[RENDER_RESULT].save_render(name, scene=scene)
+            _save_render(name, scene)
         return read_exr(name)
-    finally:
-        Path(name).unlink(missing_ok=True)
 
 
 def ensure_render_result() -> None:
@@ -100,7 +95,7 @@ def write_exr(path: str | os.PathLike[str], pixels: Float32) -> None:
     spec = oiio.ImageSpec(width, height, channels, "float")
     spec.channelnames = ("Y",) if channels == 1 else tuple(_CHANNELS[:channels])
     spec.attribute("compression", "zip")
-    with atomic(path) as temporary:
+    with files.atomic(path) as temporary:
         output = oiio.ImageOutput.create(temporary)
         written = output and output.open(temporary, spec) and output.write_image(np.ascontiguousarray(pixels[::-1]))
         if not (output and written and output.close()):
@@ -114,25 +109,15 @@ def write_render_result(path: str | os.PathLike[str], scene: bpy.types.Scene) ->
         ".exr": ("OPEN_EXR", "32"),
     }
     file_format, depth = formats[Path(path).suffix.lower()]
-    with atomic(path) as temporary, image_settings(scene, "IMAGE", file_format, depth):
-        try:
-            bpy.data.images[RENDER_RESULT].save_render(temporary, scene=scene)
-        except RuntimeError as error:
-            raise HybridError(f"cannot write '{path}': {str(error).strip()}") from error
+    with files.atomic(path) as temporary, image_settings(scene, "IMAGE", file_format, depth):
+        _save_render(temporary, scene)
 
 
-@contextmanager
-def atomic(path: str | os.PathLike[str]) -> Iterator[str]:
-    """Give a temporary name beside `path`; rename it there on success, remove it on failure: whole or not at all."""
-    path = Path(path).absolute()  # Blender takes a bare name for a folder
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+def _save_render(path: str, scene: bpy.types.Scene) -> None:
     try:
-        yield str(temporary)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise HybridError(f"cannot write '{path}': {error.strerror or error}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+        bpy.data.images[RENDER_RESULT].save_render(path, scene=scene)
+    except RuntimeError as error:
+        raise HybridError(f"cannot write '{path}': {str(error).strip()}") from error
 
 
 @contextmanager

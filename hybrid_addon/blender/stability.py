@@ -21,7 +21,7 @@ from ..scene import Film
 from ..stability import CASES, Case, Measured, Theme, page, run, to_json
 from ..stability.build import shoot
 from ..stability.compare import films_differ, largest
-from . import engine, images
+from . import engine, files
 from .errors import HybridError
 from .sync import translate
 from .sync.camera import view_plane
@@ -62,7 +62,7 @@ def write(folder: Path, names: Sequence[str], say: Callable[[str], None]) -> int
     }
     table = to_json(results, versions)
     html = page.render(results, versions)
-    with images.atomic(folder / "stability.json") as data, images.atomic(folder / "stability.html") as text:
+    with files.atomic(folder / "stability.json") as data, files.atomic(folder / "stability.html") as text:
         Path(data).write_text(json.dumps(table, indent=1, allow_nan=False), encoding="utf-8")
         Path(text).write_text(html, encoding="utf-8")
     say(f"{page.summary(results)} in {table['seconds']:.0f} s: {folder / 'stability.html'}")

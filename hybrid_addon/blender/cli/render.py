@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import json
-import re
-from difflib import get_close_matches
 from pathlib import Path
+from typing import Any
 
 import bpy
 
 from .. import api, images
 from ..errors import HybridError
+from . import batch, frames
 from .common import Verbs, check_outputs, number, open_file, picture, resolution, say
 
 
@@ -20,14 +19,21 @@ def add(verbs: Verbs) -> None:
     render = verbs.add_parser("render", help="render a .blend hybrid")
     render.set_defaults(verb=_render)
     render.add_argument("file", type=Path, metavar="FILE")
-    render.add_argument("--output", type=picture, required=True, metavar="PATH", help="PNG or EXR, by its extension")
+    render.add_argument(
+        "--output", type=picture, required=True, metavar="PATH",
+        help="PNG or EXR, by its extension; #### is the frame, {camera_name}, {scene_name} and {blend_name} are names",
+    )  # fmt: skip
     when = render.add_mutually_exclusive_group()
-    when.add_argument(
-        "--frame", type=number(-1048574, 1048574, int), metavar="N", help="default: the file's current frame"
-    )
-    when.add_argument(
-        "--animation", action="store_true", help="the file's frame range; #### in PATH is the frame number"
-    )
+    limit = frames.FRAME_LIMIT
+    when.add_argument("--frame", type=number(-limit, limit, int), metavar="N", help="default: the file's current frame")
+    when.add_argument("--frames", type=_frames, metavar="LIST", help="as 1-10x2,15: every second from 1 to 10, and 15")
+    when.add_argument("--animation", action="store_true", help="the file's frame range")
+    render.add_argument("--scene", nargs="+", metavar="NAME", help="'all': each that has a camera; default: the active")
+    render.add_argument("--camera", nargs="+", metavar="NAME", help="'all': every one; default: the scene's own")
+    render.add_argument(
+        "--skip-existing", action="store_true",
+        help="leave out what is there already, and what another process renders at the moment",
+    )  # fmt: skip
     render.add_argument("--mode", choices=("hybrid", "raster", "full"), help="default: the file's own")
     render.add_argument("--ray-traced", nargs="+", metavar="NAME", help="flag these objects instead of the file's")
     render.add_argument("--reflectivity", type=number(0, 1), metavar="X", help="of the ray traced objects, 0..1")
@@ -44,48 +50,63 @@ def add(verbs: Verbs) -> None:
     render.add_argument("--passes", type=Path, metavar="DIR", help="also write raster, mask and traced as EXR")
 
 
+def _frames(text: str) -> list[int]:
+    try:
+        return frames.parse(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
 def _render(arguments: argparse.Namespace) -> None:
-    outputs = [path for path in (arguments.output, arguments.report) if path]
-    check_outputs(outputs, arguments.passes)
-    scene = open_file(arguments.file)
-    _mark(scene, arguments)
-    frames = [arguments.frame if arguments.frame is not None else scene.frame_current]
-    if arguments.animation:
-        frames = list(range(scene.frame_start, scene.frame_end + 1, scene.frame_step))
-    reports = []
-    for frame in frames:
-        result = api.render(
-            scene,
-            frame=frame,
-            mode=arguments.mode,
-            samples=arguments.samples,
-            max_depth=arguments.max_depth,
-            light_falloff=arguments.light_falloff,
-            resolution=arguments.resolution,
-            threads=arguments.threads,
-        )
-        path = _frame_path(arguments.output, frame) if arguments.animation else arguments.output
-        images.write_render_result(path, scene)
-        if arguments.passes:
-            _write_passes(arguments.passes, result, f"_{frame:04d}" if arguments.animation else "")
-        reports.append({**result.report, "output": str(path)})
-        for warning in result.report["warnings"]:
-            say(f"warning: {warning}")
-        seconds = result.report["time"]["total"]["wall"]
-        say(f"frame {frame}: {path} ({seconds:.2f} s, {result.report['mask_coverage'] * 100:.1f} % ray traced)")
-    if arguments.report:
-        whole = {"schema": reports[0]["schema"], "frames": reports} if arguments.animation else reports[0]
-        with images.atomic(arguments.report) as temporary:
-            Path(temporary).write_text(json.dumps(whole, indent=1), encoding="utf-8")
+    check_outputs([path for path in (arguments.output, arguments.report) if path], arguments.passes)
+    scenes = batch.choose_scenes(open_file(arguments.file), arguments.scene)
+    for scene in scenes:
+        _mark(scene, arguments)
+    work = batch.shots(arguments, scenes)
+    single = len(work) == 1 and not (arguments.animation or arguments.frames)
+    reports = batch.Reports(arguments.report, work, single=single, keep=arguments.skip_existing)
+    warned: set[str] = set()
+
+    def render(shot: batch.Shot) -> None:
+        report = _render_shot(shot, arguments)
+        for warning in dict.fromkeys(report["warnings"]):
+            if warning not in warned:
+                warned.add(warning)
+                say(f"warning: {warning}")
+        seconds = report["time"]["total"]["wall"]
+        reports.add(shot, report)
+        say(f"frame {shot.frame}: {shot.picture} ({seconds:.2f} s, {report['mask_coverage'] * 100:.1f} % ray traced)")
+
+    batch.run(work, render, skip_existing=arguments.skip_existing)
+
+
+def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, Any]:
+    """One picture, written last: where it is, its layers are too. Returns the report."""
+    result = api.render(
+        shot.scene,
+        camera=shot.camera,
+        frame=shot.frame,
+        mode=arguments.mode,
+        samples=arguments.samples,
+        max_depth=arguments.max_depth,
+        light_falloff=arguments.light_falloff,
+        resolution=arguments.resolution,
+        threads=arguments.threads,
+    )
+    for name, path in shot.passes.items():
+        images.write_exr(path, getattr(result, name))
+    images.write_render_result(shot.picture, shot.scene)
+    return result.report
 
 
 def _mark(scene: bpy.types.Scene, arguments: argparse.Namespace) -> None:
     """Flag the named objects, with the values given; values without names go to all objects that are flagged."""
     values = {name: getattr(arguments, name) for name in ("reflectivity", "opacity", "ior")}
+    own = {b_object.name: b_object for b_object in scene.objects}
     if arguments.ray_traced:
         for b_object in scene.objects:
             b_object.hybrid.ray_traced = False
-        chosen = [_find_object(scene, name) for name in arguments.ray_traced]
+        chosen = [batch.find(own, name, "object", f"scene '{scene.name}'") for name in arguments.ray_traced]
     else:
         given = any(value is not None for value in values.values())
         chosen = [ob for ob in scene.objects if ob.hybrid.ray_traced] if given else []
@@ -93,26 +114,3 @@ def _mark(scene: bpy.types.Scene, arguments: argparse.Namespace) -> None:
             raise HybridError("no object is ray traced: name some with --ray-traced")
     for b_object in chosen:
         api.mark(b_object, **values)
-
-
-def _find_object(scene: bpy.types.Scene, name: str) -> bpy.types.Object:
-    b_object = scene.objects.get(name)
-    if b_object is None:
-        close = get_close_matches(name, [ob.name for ob in scene.objects], n=1)
-        hint = f"; did you mean '{close[0]}'?" if close else ""
-        raise HybridError(f"no object '{name}' in scene '{scene.name}'{hint}")
-    return b_object
-
-
-def _write_passes(folder: Path, result: api.HybridResult, suffix: str) -> None:
-    for name in ("raster", "mask", "traced"):
-        images.write_exr(folder / f"{name}{suffix}.exr", getattr(result, name))
-
-
-def _frame_path(path: Path, frame: int) -> Path:
-    """shot.png -> shot0001.png; shot_###.png -> shot_001.png (Blender's own rule)."""
-    hashes = re.search(r"#+", path.name)
-    if hashes:
-        name = path.name[: hashes.start()] + f"{frame:0{len(hashes.group())}d}" + path.name[hashes.end() :]
-        return path.with_name(name)
-    return path.with_name(f"{path.stem}{frame:04d}{path.suffix}")
