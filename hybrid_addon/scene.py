@@ -303,6 +303,8 @@ class Settings:
     transparent   : with "ALL", pixels where nothing is hit get alpha 0 (Film > Transparent).
     threads       : worker threads, 0 = all cores. chunk: camera rays a thread takes at once. Neither changes a pixel.
     seed          : of the sampling pattern, together with the pixel's absolute position.
+    adaptive      : 0 = all samples in every pixel; else pixels stop at 4 whose samples and neighbours agree in what
+                    they met and, within this contrast, in colour. What brings less than this share does not count.
     """
 
     samples: int = 16
@@ -314,6 +316,7 @@ class Settings:
     chunk: int = 1 << 16
     seed: int = 0
     cutoff: float = 0.0
+    adaptive: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -327,6 +330,8 @@ class Film:
     time       : seconds by phase, wall and cpu: {"build": {"wall": s, "cpu": s}, ...}.
     invariants : counters that must be 0.
     skipped    : what the plan left out: [{"what", "why", "count"}].
+    sampling   : samples_mean, samples_max; rmse, the error to expect of them (None: unknown), and the slope that it
+                 falls with; audit, of the pixels that adaptive sampling left alone.
     """
 
     radiance: Float32
@@ -336,3 +341,4 @@ class Film:
     time: dict[str, dict[str, float]]
     invariants: dict[str, int]
     skipped: list[dict[str, object]]
+    sampling: dict[str, object] = field(default_factory=dict)

@@ -31,6 +31,7 @@ class Interaction:
     wo          : (3, n) float32, back along the ray
     offset      : (n,) float32, how far off the surface new rays start
     outer       : (3, n) float32, origin of new rays on the side of wo
+    lit         : (n,) uint32, sum of the keys of the lights that reach it; None: nobody asks
     """
 
     prim: Numbers
@@ -42,6 +43,7 @@ class Interaction:
     wo: Float32
     offset: Float32
     outer: Float32
+    lit: NDArray[np.uint32] | None = None
 
     def inner(self, index: Index) -> Float32:
         """Origins (3, m) of new rays on the far side, for the hits `index`."""
@@ -65,6 +67,7 @@ class Interaction:
             wo=take(self.wo, index),
             offset=take(self.offset, index),
             outer=take(self.outer, index),
+            lit=None if self.lit is None else take(self.lit, index),
         )
 
 

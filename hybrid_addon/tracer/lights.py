@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..scene import AreaLight, Float32, Float64, Light, PointLight, SpotLight, SunLight
 from .constants import FAR_AREA_RATIO, SPOT_BLEND_FLOOR
+from .film import hash32
 from .vectors import Array, count, cross, dot, matrix_times, select, take
 
 Bools = NDArray[np.bool_]
@@ -25,11 +26,13 @@ class CompiledLight:
 
     color    : (3, 1) float32, its intensity, irradiance or radiance.
     position : (3, 1) float32; for a sun its direction.
+    key      : what it adds to the path signature of a point that it reaches.
     """
 
     light: Light
     color: Float32
     position: Float32
+    key: np.uint32
 
     @property
     def is_black(self) -> bool:
@@ -54,7 +57,8 @@ class Illumination:
 def compile_lights(lights: Sequence[Light], center: Float64) -> list[CompiledLight]:
     """Place all lights relative to the scene's centre."""
     compiled = []
-    for light in lights:
+    keys = hash32(np.arange(1, len(lights) + 1, dtype=np.uint32))
+    for light, key in zip(lights, keys, strict=True):
         if isinstance(light, SunLight):
             direction = np.array(light.direction, np.float64)
             color, place = light.irradiance, direction / np.sqrt((direction * direction).sum())
@@ -63,7 +67,7 @@ def compile_lights(lights: Sequence[Light], center: Float64) -> list[CompiledLig
         else:
             color, place = light.intensity, np.array(light.position, np.float64) - center
         compiled.append(
-            CompiledLight(light, np.array(color, np.float32)[:, None], np.asarray(place, np.float32)[:, None])
+            CompiledLight(light, np.array(color, np.float32)[:, None], np.asarray(place, np.float32)[:, None], key)
         )
     return compiled
 

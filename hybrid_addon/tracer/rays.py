@@ -23,6 +23,7 @@ class Rays:
     passes            : (n,) int16, index-matched surfaces passed unbent so far; they do not count as bounces.
     t_max             : (n,) float32, camera clip end for camera rays, else inf.
     media             : (rows, n) int32, ranks of the solids that the ray is inside of (see `media`).
+    path              : (rows, n) uint32, which reflections and refractions led here (see `signature`), or no rows.
     camera            : (n,) bool, still a camera ray: it has at most passed straight through surfaces.
     """
 
@@ -35,6 +36,7 @@ class Rays:
     t_max: Float32
     media: NDArray[np.int32]
     camera: NDArray[np.bool_]
+    path: NDArray[np.uint32]
 
     def __len__(self) -> int:
         return self.origin.shape[1]
@@ -46,7 +48,7 @@ class Rays:
         return Rays(*(take(getattr(self, name), index) for name in FIELDS))
 
 
-FIELDS = ("origin", "direction", "throughput", "sample", "depth", "passes", "t_max", "media", "camera")
+FIELDS = ("origin", "direction", "throughput", "sample", "depth", "passes", "t_max", "media", "camera", "path")
 
 
 def concatenate(waves: list[Rays]) -> Rays:
@@ -63,12 +65,16 @@ def camera_rays(
     t_max: Float32,
     sample: NDArray[np.intp],
     media: NDArray[np.int32] | None = None,
+    signed: bool = False,
 ) -> Rays:
-    """The first wave."""
+    """The first wave. signed: path signatures are asked for."""
     n = origin.shape[1]
+    path = np.zeros((int(signed), n), np.uint32)
     media = np.zeros((0, n), np.int32) if media is None else media
     none = np.zeros(n, np.int16)
-    return Rays(origin, direction, np.ones((3, n), np.float32), sample, none, none, t_max, media, np.ones(n, bool))
+    return Rays(
+        origin, direction, np.ones((3, n), np.float32), sample, none, none, t_max, media, np.ones(n, bool), path
+    )
 
 
 def origin_offset(point: Float32, extent: Float32) -> Float32:

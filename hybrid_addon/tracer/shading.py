@@ -66,7 +66,10 @@ def _add_light(
     chosen *= light.color
     if light.light.cast_shadow and scene.plan.shadows:
         tally.add("shadow_not_needed", len(hit.prim) - chosen.shape[1])
-        chosen *= _visibility(scene, light, take(origin, wanted), tally)
+        visible = _visibility(scene, light, take(origin, wanted), tally)
+        chosen *= visible
+        if hit.lit is not None:
+            hit.lit[wanted] += light.key * (visible > 0 if visible.ndim == 1 else (visible > 0).any(axis=0))
     if isinstance(wanted, slice):
         radiance += chosen
     else:

@@ -13,6 +13,7 @@ from .constants import MAX_STRAIGHT_PASSES
 from .interaction import Interaction
 from .rays import Rays
 from .scattering import both_faces, fresnel_dielectric, keep_outside, reflect, refract
+from .signature import REFLECTED, TRANSMITTED, child_path
 from .sums import Sums
 from .tally import Tally
 from .vectors import Index, count, dot, largest_component, normalize, select, take
@@ -118,7 +119,9 @@ def _within(rays: Rays, weight: Float32, limit: Bools, sums: Sums) -> Bools:
     return wanted & limit
 
 
-def _child(rays: Rays, index: Index, origin: Float32, direction: Float32, weight: Float32) -> Rays:
+def _child(
+    rays: Rays, index: Index, origin: Float32, direction: Float32, weight: Float32, kind: np.uint32 = TRANSMITTED
+) -> Rays:
     """Rays one bounce deeper, in the same medium."""
     n = origin.shape[1]
     return Rays(
@@ -131,6 +134,7 @@ def _child(rays: Rays, index: Index, origin: Float32, direction: Float32, weight
         t_max=np.full(n, np.inf, np.float32),
         media=take(rays.media, index),
         camera=np.zeros(n, bool),
+        path=child_path(take(rays.path, index), kind),
     )
 
 
@@ -140,7 +144,7 @@ def _reflected(rays: Rays, at: Interaction, split: _Split, index: Index, tally: 
     if at.n_shading is not at.n_geometric:
         direction = keep_outside(direction, take(at.n_geometric, index), wo)
     tally.add("reflected", direction.shape[1])
-    return _child(rays, index, take(at.outer, index), direction, split.reflected)
+    return _child(rays, index, take(at.outer, index), direction, split.reflected, REFLECTED)
 
 
 def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: _Split, index: Index, tally: Tally) -> Rays:

@@ -1,4 +1,8 @@
-"""What the samples of a chunk add up to, and how much of its error budget each of them has spent."""
+"""What the samples of a chunk add up to, and how much of its error budget each of them has spent.
+
+Contributions are float32 and sums float64: they are exact, in any order, as long as what counts lies within 2^29 of the
+largest. So a pixel may take its samples in one pass or in several, in one group or in several: its colour is the same.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .constants import BUDGET_UNIT
+from .signature import Signatures
 from .vectors import largest_component
 
 Numbers = NDArray[np.intp]
@@ -18,7 +23,10 @@ Numbers = NDArray[np.intp]
 class Sums:
     """What the samples of m pixels, `count` consecutive ones each, add up to: float64, in a fixed order for each pixel.
 
-    radiance : (3, m)   seen : (m,) samples that count   residual : (m,) throughput that was cut off
+    The samples of a pixel fall into `groups` runs of equal length; g = m groups.
+
+    radiance : (3, g)   seen : (g,) samples that count   residual : (g,) throughput that was cut off
+    signatures : of the samples' ray trees, or None where nobody asks (see `signature`).
     limit    : throughput, in units of BUDGET_UNIT, that each sample may lose to the cutoff; 0: none.
     allowed  : how much of it each sample may have lost by now (see `begin_wave`).
     spent    : (m count,) int64, throughput that each sample has lost so far, in the same units; (0,) without a limit.
@@ -31,19 +39,22 @@ class Sums:
     limit: int = 0
     allowed: int = 0
     spent: NDArray[np.int64] | None = None
+    groups: int = 1
+    signatures: Signatures | None = None
 
     @classmethod
-    def zeros(cls, m: int, count: int = 1, cutoff: float = 0.0) -> Sums:
+    def zeros(cls, m: int, count: int = 1, cutoff: float = 0.0, groups: int = 1) -> Sums:
         """Nothing yet. cutoff: throughput that each sample may lose."""
         limit = int(cutoff / BUDGET_UNIT)
         return cls(
-            np.zeros((3, m)),
-            np.zeros(m),
-            np.zeros(m),
+            np.zeros((3, m * groups)),
+            np.zeros(m * groups),
+            np.zeros(m * groups),
             count,
             limit,
             limit,
             np.zeros(m * count, np.int64) if limit else None,
+            groups,
         )
 
     def begin_wave(self, number: int, max_depth: int) -> None:
@@ -55,23 +66,23 @@ class Sums:
         self.allowed = self.limit * min(number + 1, max_depth + 1) // (max_depth + 1)
 
     def add_radiance(self, sample: Numbers, contribution: Float32) -> None:
-        """Add (3, n) to the pixels of samples (n,); bincount adds one after the other, in the order of the arrays."""
-        pixel = self._pixel(sample)
+        """Add (3, n) to the groups of samples (n,); bincount adds one after the other, in the order of the arrays."""
+        group = self._group(sample)
         for channel in range(3):
-            weights = np.broadcast_to(contribution[channel], pixel.shape)
-            self.radiance[channel] += np.bincount(pixel, weights, minlength=len(self.seen))
+            weights = np.broadcast_to(contribution[channel], group.shape)
+            self.radiance[channel] += np.bincount(group, weights, minlength=len(self.seen))
 
     def add_residual(self, sample: Numbers, throughput: Float32) -> None:
         """Note throughput (3, n) that was cut off: its largest channel, so that L_max times it bounds the error."""
         lost = largest_component(throughput)
-        self.residual += np.bincount(self._pixel(sample), lost, minlength=len(self.seen))
+        self.residual += np.bincount(self._group(sample), lost, minlength=len(self.seen))
         if self.spent is not None:
             np.add.at(self.spent, sample, budget_units(lost))
 
     def add_seen(self, sample: Numbers, share: Float32 | float = 1.0) -> None:
         """Count samples (n,), or take them back (share (n,) < 0)."""
         self.seen += np.bincount(
-            self._pixel(sample), np.broadcast_to(np.float64(share), sample.shape), minlength=len(self.seen)
+            self._group(sample), np.broadcast_to(np.float64(share), sample.shape), minlength=len(self.seen)
         )
 
     def cuttable(self, sample: Numbers, weight: Float32) -> NDArray[np.bool_]:
@@ -93,8 +104,10 @@ class Sums:
         result[candidates[order[affordable]]] = True
         return result
 
-    def _pixel(self, sample: Numbers) -> Numbers:
-        return sample if self.count == 1 else sample // self.count
+    def _group(self, sample: Numbers) -> Numbers:
+        if self.count == self.groups:
+            return sample
+        return (sample if self.groups == 1 else sample * self.groups) // self.count
 
 
 def budget_units(weight: Float32) -> NDArray[np.int64]:

@@ -58,6 +58,7 @@ def _check_settings(settings: Settings) -> None:
         f"settings: filter_radius must be finite and not negative, got {settings.filter_radius}",
     )
     _require(0 <= settings.cutoff < 1, f"settings: cutoff must lie in 0..1, got {settings.cutoff}")
+    _require(0 <= settings.adaptive < 1, f"settings: adaptive must lie in 0..1, got {settings.adaptive}")
     _require(settings.see in ("FLAGGED", "ALL"), f"settings: see must be FLAGGED or ALL, got {settings.see!r}")
 
 

@@ -52,9 +52,12 @@ def trace_rays(
             return
         rays_hit = rays.take(chosen)
         at = interact(scene.geometry, hits, rays, chosen)
+        at.lit = None if sums.signatures is None else np.zeros(len(rays_hit), np.uint32)
 
         # Add emitted and local light.
         _add_light(scene, rays_hit, at, sums, tally)
+        if sums.signatures is not None and at.lit is not None:
+            sums.signatures.add_hits(rays_hit, at.prim, at.entering, at.lit)
 
         # Spawn at most one reflected and one transmitted ray from each hit.
         rays = concatenate(spawn(scene, rays_hit, at, take(hits.t, chosen), sums, tally))
@@ -112,6 +115,8 @@ def _add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums, t
     if count(escaped, len(rays)) == 0:
         return
     gone = rays.take(escaped)
+    if sums.signatures is not None:
+        sums.signatures.add_escaped(gone)
     if scene.settings.see == "ALL" and scene.settings.transparent and gone.camera.any():
         straight = gone.take(select(gone.camera))
         sums.add_seen(straight.sample, -straight.throughput.max(axis=0))
@@ -134,3 +139,5 @@ def _add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, ta
             seen = at.take(shaded)
             weight = take(rays.throughput, shaded) * table.local.take(seen.surface)
             sums.add_radiance(take(rays.sample, shaded), weight * local_radiance(scene, seen, tally))
+            if at.lit is not None and seen.lit is not None:
+                at.lit[shaded] = seen.lit

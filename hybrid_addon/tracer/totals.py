@@ -1,0 +1,106 @@
+"""What all passes together found for each pixel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float32, Float64
+from .constants import HALVES_TO_ERROR, SAMPLING_SLOPE
+from .sums import Sums
+
+Bools = NDArray[np.bool_]
+Pixels = NDArray[np.intp]
+
+
+@dataclass(eq=False)
+class Totals:
+    """Sums over the samples of n pixels so far.
+
+    radiance : (3, n) float64   seen : (n,) float64 samples that count   residual : (n,) float64 throughput cut off
+    samples  : (n,) int32, camera samples taken.
+    variance : (n,) float32, estimate of the squared error of the mean, over the channels; NaN where unknown.
+    signature, uneven : (n,) of pixels' first pass, where adaptive sampling asks: the signature of the first sample,
+               and whether the others differ from it in signature or contrast.
+    """
+
+    radiance: Float64
+    seen: Float64
+    residual: Float64
+    samples: NDArray[np.int32]
+    variance: Float32
+    signature: NDArray[np.uint32] | None
+    uneven: Bools | None
+
+    @classmethod
+    def zeros(cls, n: int, signed: bool) -> Totals:
+        """Nothing yet. signed: room for what adaptive sampling asks."""
+        return cls(
+            np.zeros((3, n)),
+            np.zeros(n),
+            np.zeros(n),
+            np.zeros(n, np.int32),
+            np.full(n, np.nan, np.float32),
+            np.zeros(n, np.uint32) if signed else None,
+            np.zeros(n, bool) if signed else None,
+        )
+
+    def add(self, pixels: Pixels, sums: Sums, weight: Float32 | None, threshold: float) -> None:
+        """Add a pass over some pixels (each once). weight: their share of the picture, (n,) or None for 1."""
+        m, g = len(pixels), sums.groups
+        radiance, seen = sums.radiance.reshape(3, m, g), sums.seen.reshape(m, g)
+        self.radiance[:, pixels] += _sum(radiance)
+        self.seen[pixels] += _sum(seen)
+        self.residual[pixels] += _sum(sums.residual.reshape(m, g))
+        self.samples[pixels] += sums.count
+        if g > 1:
+            variance = mean_variance(radiance, seen)
+            variance *= (sums.count / self.samples[pixels]) ** (-2 * SAMPLING_SLOPE)
+            self.variance[pixels] = np.where(np.isfinite(variance), variance, self.variance[pixels])
+        if sums.signatures is not None and self.signature is not None and self.uneven is not None:
+            values = sums.signatures.values.reshape(m, g)
+            contrast = sample_contrast(radiance, seen)
+            contrast *= 1 if weight is None else weight
+            self.signature[pixels] = values[:, 0]
+            self.uneven[pixels] = (values != values[:, :1]).any(axis=1) | (contrast > threshold)
+
+    def mean(self) -> Float32:
+        """(3, n) radiance: the mean over the samples that count; 0 where none does."""
+        with np.errstate(all="ignore"):
+            return (self.radiance / np.where(self.seen > 0, self.seen, 1.0)).astype(np.float32)
+
+
+def _sum(groups: Float64) -> Float64:
+    """Sum over the last axis, one after the other."""
+    result: Float64 = groups[..., 0].copy()
+    for i in range(1, groups.shape[-1]):
+        result += groups[..., i]
+    return result
+
+
+def mean_variance(radiance: Float64, seen: Float64) -> Float32:
+    """Squared error (m,) to expect of the mean over the groups (3, m, g), seen (m, g), from how far its halves differ.
+
+    NaN where one half has no sample that counts.
+    """
+    middle = radiance.shape[-1] // 2
+    difference = _sum(radiance[..., :middle]) / _sum(seen[..., :middle])
+    difference -= _sum(radiance[..., middle:]) / _sum(seen[..., middle:])
+    difference *= difference
+    return np.asarray((difference.mean(axis=0) * HALVES_TO_ERROR).astype(np.float32))
+
+
+def sample_contrast(radiance: Float64, seen: Float64) -> Float32:
+    """Largest contrast (m,) over the channels among those samples (3, m, g) that count."""
+    counts = seen > 0
+    high = np.where(counts, radiance, 0.0).max(axis=-1).astype(np.float32)
+    low = np.where(counts, radiance, np.inf).min(axis=-1).astype(np.float32)
+    return contrast(np.minimum(low, high), high).max(axis=0)
+
+
+def contrast(a: Float32, b: Float32) -> Float32:
+    """|a - b| / (a + b), Michelson's; 0 between blacks."""
+    both = a + b
+    return np.asarray(np.abs(a - b) / np.where(both > 0, both, np.float32(1)))
