@@ -6,8 +6,10 @@ layer, translates the scene, traces the masked pixels and hands the traced half 
 
 from __future__ import annotations
 
+import os
 import platform
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import bpy
@@ -156,6 +158,13 @@ def tracer_settings(scene: bpy.types.Scene) -> Settings:
         transparent=scene.render.film_transparent,
         threads=scene.hybrid.threads,
     )
+
+
+def preview_settings(scene: bpy.types.Scene) -> Settings:
+    """The same for a viewport, with a processor left for the interface."""
+    settings = tracer_settings(scene)
+    threads = settings.threads or max(1, (os.cpu_count() or 2) - 1)
+    return replace(settings, see="FLAGGED", transparent=False, threads=threads)
 
 
 def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:

@@ -5,7 +5,7 @@
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import Context, Object, PropertyGroup, Scene
 
-from . import pipeline
+from . import pipeline, preview
 
 
 def _flag_changed(settings: "HybridObjectSettings", _context: Context) -> None:
@@ -18,6 +18,10 @@ def _value_changed(settings: "HybridObjectSettings", _context: Context) -> None:
 
 def _scene_changed(settings: "HybridSceneSettings", _context: Context) -> None:
     pipeline.scene_changed(settings.id_data)
+
+
+def _preview_changed(_settings: "HybridSceneSettings", _context: Context) -> None:
+    preview.setting_changed()
 
 
 class HybridObjectSettings(PropertyGroup):
@@ -141,6 +145,24 @@ class HybridSceneSettings(PropertyGroup):
         default=0,
         min=0,
         max=1024,
+    )
+    preview: BoolProperty(  # type: ignore[valid-type]
+        name="Ray Traced Preview",
+        description="Trace the ray traced objects in rendered viewports as soon as the view rests",
+        default=False,
+        options=set(),
+        update=_preview_changed,
+    )
+    preview_budget: FloatProperty(  # type: ignore[valid-type]
+        name="Preview Time",
+        description="Seconds that a viewport at rest may be refined for",
+        default=3.0,
+        min=0.1,
+        max=3600.0,
+        soft_max=60.0,
+        subtype="TIME_ABSOLUTE",
+        options=set(),
+        update=_preview_changed,
     )
     # What the pipeline has to put back (JSON).
     restore: StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]

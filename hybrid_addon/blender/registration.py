@@ -6,7 +6,7 @@ import atexit
 
 import bpy
 
-from . import cli, engine, handlers, operators, pipeline, properties, ui
+from . import cli, engine, handlers, operators, pipeline, preview, properties, ui
 
 _CLASSES = (*properties.CLASSES, *operators.CLASSES, *engine.CLASSES, *ui.CLASSES)
 _registered = False
@@ -20,6 +20,8 @@ def register() -> None:
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
     handlers.register()
+    preview.register()
+    ui.register()
     cli.register()
     _registered = True
     if getattr(bpy.app, "module", False):
@@ -37,6 +39,8 @@ def unregister() -> None:
         if bpy.context.window_manager is not None:
             handlers.push_undo()
     cli.unregister()
+    ui.unregister()
+    preview.unregister()
     handlers.unregister()
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ..report.frame import summary
-from . import pipeline, results
+from . import pipeline, preview, results
 from .api import GEOMETRY
 
 COMPAT_ENGINES = {"BLENDER_EEVEE", "BLENDER_EEVEE_NEXT"}
@@ -81,6 +81,11 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
         column.prop(settings, "max_depth")
         column.prop(settings, "cutoff")
         column.prop(settings, "light_falloff")
+        column = layout.column(heading="Viewport")
+        column.prop(settings, "preview")
+        row = column.row()
+        row.active = settings.preview
+        row.prop(settings, "preview_budget")
         report = results.reports.get(scene.name)
         if report:
             column = layout.column(align=True)
@@ -89,3 +94,24 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
 
 
 CLASSES = (HYBRID_MT_surface_presets, HYBRID_OBJECT_PT_settings, HYBRID_RENDER_PT_settings)
+
+
+def _draw_view3d_header(self: bpy.types.Header, context: bpy.types.Context) -> None:
+    """The preview's toggle, beside the shading of viewports that it works in; why it shows nothing, if so."""
+    scene, space = context.scene, context.space_data
+    if not (scene.hybrid.enabled and pipeline.is_eevee(scene) and space.shading.type == "RENDERED"):
+        return
+    row = self.layout.row(align=True)
+    row.prop(scene.hybrid, "preview", text="", icon="SHADING_RENDERED")
+    if scene.hybrid.preview:
+        row.label(text=preview.status(context))
+
+
+def register() -> None:
+    """Add what is shown in Blender's own headers."""
+    bpy.types.VIEW3D_HT_header.append(_draw_view3d_header)
+
+
+def unregister() -> None:
+    """Take it away again."""
+    bpy.types.VIEW3D_HT_header.remove(_draw_view3d_header)

@@ -1,7 +1,12 @@
-"""The Whitted ray tracer: `trace(scene, settings) -> Film`. Pure numpy; only `accel` talks to Embree."""
+"""The Whitted ray tracer: `trace(scene, settings) -> Film`. Pure numpy; only `accel` talks to Embree.
+
+Several pictures of one scene: `compiled = CompiledScene(scene, settings)` once, then `trace_compiled(compiled)`, or of
+another camera `trace_compiled(compiled.seen_from(camera, settings))`.
+"""
 
 from __future__ import annotations
 
-from .render import Cancelled, trace
+from .compiled import CompiledScene
+from .render import Cancelled, trace, trace_compiled
 
-__all__ = ["Cancelled", "trace"]
+__all__ = ["Cancelled", "CompiledScene", "trace", "trace_compiled"]

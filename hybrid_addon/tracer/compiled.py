@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import copy
 import threading
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Scene, Settings
+from ..scene import Camera, Scene, Settings
 from .plan import Plan, prepare
 from .primitives import PrimitiveSet
 
@@ -49,6 +50,12 @@ class CompiledScene:
         if key not in self._sets:
             self._sets[key] = PrimitiveSet(self.geometry, members)
         return self._sets[key]
+
+    def seen_from(self, camera: Camera, settings: Settings) -> CompiledScene:
+        """The same scene for another camera and other samples, depth or cutoff; `see` and `transparent` must agree."""
+        other = copy.copy(self)
+        other.camera, other.settings = camera, settings
+        return other
 
     @cached_property
     def solids(self) -> PrimitiveSet:

@@ -17,7 +17,7 @@ from .tally import Tally
 from .totals import Totals
 from .validate import validate
 
-__all__ = ["Cancelled", "Progress", "trace"]
+__all__ = ["Cancelled", "Progress", "trace", "trace_compiled"]
 
 DEFAULTS = Settings()
 
@@ -34,28 +34,36 @@ def trace(
     Raises ValueError for scenes that cannot be traced, Cancelled if progress says so.
     """
     validate(scene, settings, mask)
-    return _Frame(scene, settings, mask, progress).render()
+    if progress is not None and progress(0.0) is False:
+        raise Cancelled("tracing was cancelled")
+    building = Tally()
+    with building.phase("build"):
+        compiled = CompiledScene(scene, settings)
+    film = trace_compiled(compiled, mask, progress)
+    spent = {"wall": building.wall["build"], "cpu": building.cpu["build"]}
+    film.time["build"] = spent
+    film.time["total"] = {clock: film.time["total"][clock] + spent[clock] for clock in spent}
+    return film
+
+
+def trace_compiled(compiled: CompiledScene, mask: Float32 | None = None, progress: Progress | None = None) -> Film:
+    """The same, for a scene that has been made ready before: `CompiledScene(scene, settings)` of a validated scene."""
+    return _Frame(compiled, mask, progress).render()
 
 
 class _Frame:
     """The work on one picture."""
 
-    def __init__(self, scene: Scene, settings: Settings, mask: Float32 | None, progress: Progress | None) -> None:
+    def __init__(self, scene: CompiledScene, mask: Float32 | None, progress: Progress | None) -> None:
         self.began = time.perf_counter()
-        self.settings = settings
+        self.scene, self.settings = scene, scene.settings
         x0, y0, x1, y1 = scene.camera.window
         self.corner, self.width, self.height = (x0, y0), x1 - x0, y1 - y0
         self.mask = None if mask is None else np.asarray(mask, np.float32).reshape(-1)
         n = self.width * self.height
         self.pixels: Pixels = np.arange(n) if self.mask is None else np.flatnonzero(self.mask != 0)
-        if progress is not None and progress(0.0) is False:
-            raise Cancelled("tracing was cancelled")
-        building = Tally()
-        with building.phase("build"):
-            self.scene = CompiledScene(scene, settings)
         self.passes = Passes(self.scene, self.mask, progress)
         self.tally = self.passes.tally
-        self.tally.merge(building)
         self.total = Totals.zeros(n, self._is_adaptive())
         self.skipped = list(self.scene.plan.skipped)
         self.sampling: dict[str, object] = {}
@@ -76,7 +84,7 @@ class _Frame:
         self.passes.report(1.0)
         film = self._develop(coverage, known)
         film.time["trace"] = {"wall": time.perf_counter() - began, "cpu": self._cpu()}
-        film.time["total"] = {"wall": time.perf_counter() - self.began, "cpu": self._cpu() + self.tally.cpu["build"]}
+        film.time["total"] = {"wall": time.perf_counter() - self.began, "cpu": self._cpu()}
         return film
 
     def _cpu(self) -> float:

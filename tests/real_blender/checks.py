@@ -189,6 +189,22 @@ def test_the_panels_draw(blender: Blender, folder: Path) -> None:
     assert picture.std() > 0.05
 
 
+def test_the_viewport_shows_the_preview(blender: Blender, folder: Path, scene: Path) -> None:
+    """The ball of rendered shading turns into a mirror at rest, again after a movement; disabling takes it away."""
+    printed = blender(scene, "--python", HERE / "preview.py", "--", folder / "preview", command=XVFB_BLENDER)
+    assert "PREVIEW: done" in printed, printed
+    assert "Traceback" not in printed, printed
+    eevee, traced, without = (read(folder / f"preview_{name}.png") for name in ("eevee", "traced", "without"))
+    ball = far(eevee, traced)
+    assert 0.002 < ball.mean() < 0.2, ball.mean()
+    assert far(eevee, without).mean() < 0.001
+
+
+def far(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Pixels of the viewport's part of two screenshots that differ beyond doubt."""
+    return np.abs(a[90:700, :1000, :3] - b[90:700, :1000, :3]).max(axis=-1) > 0.1
+
+
 @pytest.mark.parametrize("seed", [6, 7])
 def test_a_hundred_random_actions_leave_the_file_consistent(blender: Blender, folder: Path, seed: int) -> None:
     """Flag, unflag, delete, rename, undo, redo, copy, save, reload ...: no orphans, no crash, and disable cleans up."""

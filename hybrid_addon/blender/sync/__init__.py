@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ...scene import Scene
+from ...scene import Camera, Scene
 from .camera import Size, Window, translate_camera
 from .image import Images
 from .light import Falloff, LightContext
@@ -45,6 +45,7 @@ def translate(
     window: Window,
     *,
     light_falloff: Falloff = "EEVEE",
+    camera: Camera | None = None,
     warn: Warnings | None = None,
 ) -> Translation:
     """Everything that one frame needs, copied out of Blender.
@@ -54,11 +55,12 @@ def translate(
     resolution  : (width, height) of the full frame in pixels.
     window      : (x0, y0, x1, y1), half open, the part of the frame to render.
     light_falloff : "EEVEE" ends lights where EEVEE does, "PHYSICAL" never.
+    camera      : seen by this one instead of the scene's; then resolution and window are its own.
 
     Raises UnsupportedError, before anything costly, if there is no camera or one that cannot be traced.
     """
     warn = Warnings() if warn is None else warn
-    camera = translate_camera(b_depsgraph, b_scene, resolution, window, warn)
+    camera = camera or translate_camera(b_depsgraph, b_scene, resolution, window, warn)
     images = Images(warn)
     world = translate_world(b_depsgraph, b_scene, images, warn)
     surfaces = Surfaces(images, warn)

@@ -1,0 +1,236 @@
+"""The preview: as soon as a rendered viewport rests, its ray traced objects are traced over EEVEE's image.
+
+    view.py     the viewport's camera
+    job.py      the work, on a thread of its own
+    display.py  the scene's colour management
+    draw.py     the picture on the screen
+
+The main thread only looks, translates the scene when it has changed, and draws. The first movement of the view, and
+the first change of the scene, drop the picture and the work on it.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+from bpy.app.handlers import persistent
+
+from .. import engine, pipeline
+from ..errors import HybridError
+from .display import Display
+from .draw import Quad
+from .job import Job
+from .view import View
+
+REST_SECONDS = 0.25
+"""A view that has not moved for so long is at rest."""
+
+TICK_SECONDS = 0.05
+"""How often pictures are fetched from the work."""
+
+CHANGES = ("depsgraph_update_post", "frame_change_post", "load_post", "undo_post", "redo_post")
+"""Handlers that hear of a changed scene."""
+
+
+@dataclass(eq=False)
+class _Viewport:
+    """One region of one 3D viewport."""
+
+    view: View
+    since: float
+    edits: int
+    job: Job | None = None
+    quad: Quad | None = None
+    status: str = ""
+
+
+_viewports: dict[int, _Viewport] = {}  # by the region's address
+_edits = 0  # changes of the scene so far
+_translated: tuple[int, str, Any] | None = None  # (edits, scene name, scene translated at that time)
+_compiled: tuple[Any, Any] | None = None  # (translated scene, the same ready to trace)
+_handle: Any = None
+
+
+def why_not(scene: bpy.types.Scene, space: bpy.types.SpaceView3D) -> str:
+    """Why this viewport shows no preview, as one line for people; "" if it does."""
+    if not (scene.hybrid.enabled and scene.hybrid.preview):
+        return "the preview is off"
+    if pipeline.why_inactive(scene):
+        return pipeline.why_inactive(scene)
+    shading = space.shading
+    if shading.type != "RENDERED":
+        return "set Viewport Shading to Rendered"
+    if not (shading.use_scene_lights_render and shading.use_scene_world_render):
+        return "switch Scene Lights and Scene World on in Viewport Shading"
+    if space.local_view is not None:
+        return "leave the local view"
+    return ""
+
+
+def status(context: bpy.types.Context) -> str:
+    """What the viewport of this context shows, in a few words for its header."""
+    problem = why_not(context.scene, context.space_data)
+    if problem:
+        return problem
+    regions = [region.as_pointer() for region in context.area.regions if region.type == "WINDOW"]
+    return next((_viewports[key].status for key in regions if key in _viewports), "")
+
+
+# ------------------------------------------------------------------------------------------------ the viewport draws
+
+
+def _draw() -> None:
+    """Called by Blender in each redraw of each 3D viewport, after the scene."""
+    context = bpy.context
+    region, space, scene = context.region, context.space_data, context.scene
+    key = region.as_pointer()
+    if why_not(scene, space):
+        _forget(key)
+        return
+    viewport = _look(key, View.of(region, space, scene))
+    if viewport.quad is not None:
+        viewport.quad.draw((region.width, region.height))
+
+
+def _look(key: int, view: View) -> _Viewport:
+    """The viewport as it is now; what shows another view or an older scene is dropped."""
+    viewport = _viewports.get(key)
+    if viewport is None or viewport.view != view or viewport.edits != _edits:
+        _forget(key)
+        viewport = _viewports[key] = _Viewport(view, time.perf_counter(), _edits)
+        _wake()
+    return viewport
+
+
+def _forget(key: int) -> None:
+    viewport = _viewports.pop(key, None)
+    if viewport is not None and viewport.job is not None:
+        viewport.job.drop()
+
+
+@persistent
+def _on_change(*_args: Any) -> None:
+    global _edits
+    _edits += 1
+
+
+def setting_changed() -> None:
+    """A setting changed that the picture depends on, or the toggle: look again."""
+    global _edits
+    _edits += 1
+    for window in getattr(bpy.context.window_manager, "windows", ()):
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
+
+# ------------------------------------------------------------------------------------------------ the timer works
+
+
+def _wake() -> None:
+    if not bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.register(_tick, first_interval=TICK_SECONDS)
+
+
+def _tick() -> float | None:
+    """Begin work on views at rest, fetch pictures; sleeps when there is nothing to do."""
+    if bpy.app.is_job_running("RENDER"):
+        return 1.0
+    alive = {}
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                for region in area.regions:
+                    if region.type == "WINDOW" and region.as_pointer() in _viewports:
+                        alive[region.as_pointer()] = (window, area, region)
+    for key in set(_viewports) - set(alive):
+        _forget(key)
+    waits = [_attend(_viewports[key], *place) for key, place in alive.items()]
+    return TICK_SECONDS if any(waits) else None
+
+
+def _attend(viewport: _Viewport, window: Any, area: Any, region: Any) -> bool:
+    """One step for one viewport; whether it waits for another."""
+    job = viewport.job
+    if job is None:
+        if time.perf_counter() - viewport.since < REST_SECONDS:
+            return True
+        with bpy.context.temp_override(window=window, area=area, region=region):
+            viewport.job = _start(viewport)
+        return viewport.job is not None
+    done = job.done  # before the picture is taken: the last one comes before it
+    picture = job.take_picture()
+    if picture is not None:
+        viewport.quad, viewport.status = Quad(picture), picture.label
+        area.tag_redraw()
+    _keep(job)
+    if job.problem:
+        viewport.status = job.problem
+    return not done
+
+
+def _start(viewport: _Viewport) -> Job | None:
+    """Translate if the scene has changed, and set to work."""
+    scene = bpy.context.scene
+    try:
+        translated = _translate(scene, viewport.view)
+    except HybridError as error:
+        viewport.status = str(error)
+        return None
+    compiled = _compiled[1] if _compiled is not None and _compiled[0] is translated else None
+    settings = engine.preview_settings(scene)
+    return Job(translated, viewport.view, settings, Display.of(scene), scene.hybrid.preview_budget, compiled)
+
+
+def _translate(scene: bpy.types.Scene, view: View) -> Any:
+    from ..sync import translate
+
+    global _translated
+    if _translated is None or _translated[:2] != (_edits, scene.name):
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        translation = translate(
+            depsgraph, scene, (1, 1), (0, 0, 1, 1), light_falloff=scene.hybrid.light_falloff, camera=view.camera(1)
+        )
+        _translated = (_edits, scene.name, translation.scene)
+    return _translated[2]
+
+
+def _keep(job: Job) -> None:
+    """Keep what has been made ready to trace for the next view of the same scene."""
+    global _compiled
+    if job.compiled is not None:
+        _compiled = (job.scene, job.compiled)
+
+
+# ------------------------------------------------------------------------------------------------ on and off
+
+
+def register() -> None:
+    """Add the draw handler; nothing runs in the background."""
+    global _handle
+    if bpy.app.background:
+        return
+    _handle = bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW")
+    for name in CHANGES:
+        getattr(bpy.app.handlers, name).append(_on_change)
+
+
+def unregister() -> None:
+    """Remove it, and stop all work."""
+    global _handle, _translated, _compiled
+    if _handle is None:
+        return
+    bpy.types.SpaceView3D.draw_handler_remove(_handle, "WINDOW")
+    _handle = None
+    for name in CHANGES:
+        getattr(bpy.app.handlers, name).remove(_on_change)
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
+    jobs = [viewport.job for viewport in _viewports.values() if viewport.job is not None]
+    _viewports.clear()
+    for job in jobs:
+        job.join()
+    _translated = _compiled = None

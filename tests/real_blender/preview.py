@@ -1,0 +1,73 @@
+"""Run in a real Blender with a window and the extension: wait for the viewport's preview, take screenshots, quit.
+
+xvfb-blender FILE.blend --python preview.py -- PREFIX
+
+Writes PREFIX_eevee.png (rendered shading through the camera), PREFIX_traced.png (with the preview), PREFIX_orbit.png
+(after the view has moved) and PREFIX_without.png (through the camera, with the add-on disabled); prints when the first
+and the last picture were there.
+"""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+import bpy
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import preview
+
+PREFIX = sys.argv[sys.argv.index("--") + 1]
+PATIENCE = 60  # seconds for each preview
+PACKAGE = "bl_ext.user_default.hybrid_addon"
+
+
+def shoot(name: str) -> None:
+    """The whole screen, by ImageMagick: on software OpenGL Blender's own screenshot operator gives a black picture."""
+    subprocess.run(["import", "-window", "root", f"{PREFIX}_{name}.png"], check=True)
+
+
+def steps() -> Iterator[float]:
+    """One step after the other; each yields the seconds to wait."""
+    scene = bpy.context.scene
+    area = next(a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "VIEW_3D")
+    space = area.spaces.active
+    space.overlay.show_overlays = space.show_gizmo = False
+    space.region_3d.view_perspective = "CAMERA"
+    space.shading.type = "RENDERED"
+    scene.eevee.taa_samples = 4
+    scene.hybrid.enabled = True
+    yield 6.0  # EEVEE compiles its shaders
+    shoot("eevee")
+    for name in ("traced", "orbit"):
+        if name == "orbit":
+            space.region_3d.view_perspective = "PERSP"
+            area.tag_redraw()
+        scene.hybrid.preview = True
+        yield from preview_comes(name)
+        yield 0.5
+        shoot(name)
+    space.region_3d.view_perspective = "CAMERA"
+    bpy.ops.preferences.addon_disable(module=PACKAGE)
+    area.tag_redraw()
+    yield 2.0
+    shoot("without")
+    print("PREVIEW: done", flush=True)
+    os._exit(0)
+
+
+def preview_comes(name: str) -> Iterator[float]:
+    """Wait until the work on the view is done and its picture is on the screen."""
+    began, first = time.perf_counter(), 0.0
+    while time.perf_counter() - began < PATIENCE:
+        yield 0.1
+        shown = list(preview._viewports.values())
+        if not first and any(v.quad is not None for v in shown):
+            first = time.perf_counter() - began
+        if shown and all(v.job is not None and v.job.done and v.quad is not None for v in shown):
+            break
+    print(f"PREVIEW: {name}: first {first:.2f} s, all {time.perf_counter() - began:.2f} s", flush=True)
+
+
+_steps = steps()
+bpy.context.preferences.view.show_splash = False
+bpy.app.timers.register(lambda: next(_steps), first_interval=1.0)
