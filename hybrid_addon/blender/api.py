@@ -10,6 +10,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..presets import QUALITY
 from ..report.frame import frame_report
 from ..scene import Float32
 from . import engine, images, opengl, pipeline, results
@@ -81,8 +82,11 @@ def render(
     *,
     frame: int | None = None,
     mode: str | None = None,
+    preset: str | None = None,
     samples: int | None = None,
     max_depth: int | None = None,
+    cutoff: float | None = None,
+    adaptive: float | None = None,
     light_falloff: str | None = None,
     resolution: tuple[int, int] | None = None,
     threads: int | None = None,
@@ -91,14 +95,16 @@ def render(
     """Render one frame through Blender's own pipeline, exactly as F12 does, and return it.
 
     What is given overrides the scene's setting for this render only; a scene that is not enabled is for its duration.
-    mode: "hybrid", "raster" or "full". camera: instead of the scene's and its markers'. Raises HybridError (one line)
-    for what cannot be rendered, RuntimeError if the render itself failed or was cancelled.
+    mode: "hybrid", "raster" or "full". preset: "draft", "final" or "reference"; values beside it win. camera: instead
+    of the scene's and its markers'. Raises HybridError (one line) for what cannot be rendered, RuntimeError if the
+    render itself failed or was cancelled.
     """
     scene = scene or bpy.context.scene
+    values = {"samples": samples, "max_depth": max_depth, "cutoff": cutoff, "adaptive": adaptive}
     overrides = {
+        **quality(preset),
+        **{name: value for name, value in values.items() if value is not None},
         "mode": mode.upper() if mode else None,
-        "samples": samples,
-        "max_depth": max_depth,
         "light_falloff": light_falloff.upper() if light_falloff else None,
         "threads": threads,
     }
@@ -111,6 +117,15 @@ def render(
         if results.errors.get(scene.name):
             raise HybridError(results.errors[scene.name])
         return _collect(scene)
+
+
+def quality(preset: str | None) -> dict[str, float]:
+    """The settings of a quality preset by its name, none for None; HybridError for a name that there is not."""
+    if preset is None:
+        return {}
+    if preset.upper() not in QUALITY:
+        raise HybridError(f"preset is {preset!r}: it must be one of {', '.join(QUALITY).lower()}")
+    return QUALITY[preset.upper()][2].values()
 
 
 def check(scene: bpy.types.Scene) -> None:
@@ -195,7 +210,7 @@ def _overridden(
                 setattr(settings, name, values[name])
             except TypeError as error:
                 raise HybridError(f"{name} is {values[name]!r}: {str(error).splitlines()[0]}") from error
-            if getattr(settings, name) != values[name]:
+            if not _same(getattr(settings, name), values[name]):
                 raise HybridError(f"{name} is {values[name]!r}: it is out of range")
         if resolution is not None:
             b_render.resolution_x, b_render.resolution_y = resolution
@@ -217,6 +232,11 @@ def _overridden(
             pipeline.disable(scene)
         if frame is not None:
             scene.frame_set(frame_before)
+
+
+def _same(held: Any, given: Any) -> bool:
+    """Whether a property took the value as it is; Blender holds numbers in single precision."""
+    return bool(np.float32(held) == np.float32(given)) if isinstance(held, float) else bool(held == given)
 
 
 def _collect(scene: bpy.types.Scene) -> HybridResult:

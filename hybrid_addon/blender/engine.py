@@ -153,6 +153,7 @@ def tracer_settings(scene: bpy.types.Scene) -> Settings:
         samples=scene.hybrid.samples,
         max_depth=scene.hybrid.max_depth,
         cutoff=scene.hybrid.cutoff,
+        adaptive=scene.hybrid.adaptive,
         filter_radius=scene.render.filter_size,
         see="ALL" if scene.hybrid.mode == "FULL" else "FLAGGED",
         transparent=scene.render.film_transparent,
@@ -169,7 +170,7 @@ def preview_settings(scene: bpy.types.Scene) -> Settings:
 
 def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:
     """What the report says of the settings."""
-    names = ("mode", "samples", "max_depth", "cutoff", "light_falloff", "threads")
+    names = ("mode", "samples", "max_depth", "cutoff", "adaptive", "light_falloff", "threads")
     return {
         **{name: getattr(scene.hybrid, name) for name in names},
         "eevee_samples": scene.eevee.taa_render_samples,

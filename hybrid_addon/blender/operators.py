@@ -4,6 +4,7 @@
 
 import bpy
 
+from ..presets import QUALITY
 from .api import GEOMETRY, mark
 
 # name: (reflectivity, opacity, ior, tooltip). IOR of glass and water at 589 nm, 20 C; diamond 2.417.
@@ -42,4 +43,21 @@ class HYBRID_OT_surface_preset(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (HYBRID_OT_surface_preset,)
+class HYBRID_OT_quality_preset(bpy.types.Operator):
+    bl_idname = "hybrid.quality_preset"
+    bl_label = "Quality Preset"
+    bl_description = "Set samples, adaptive sampling, bounces and cutoff together"
+    bl_options = {"REGISTER", "UNDO"}
+
+    preset: bpy.props.EnumProperty(  # type: ignore[valid-type]
+        name="Preset",
+        items=[(key, name, tooltip) for key, (name, tooltip, _) in QUALITY.items()],
+    )
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        for name, value in QUALITY[self.preset][2].values().items():
+            setattr(context.scene.hybrid, name, value)
+        return {"FINISHED"}
+
+
+CLASSES = (HYBRID_OT_surface_preset, HYBRID_OT_quality_preset)

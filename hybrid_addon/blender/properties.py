@@ -130,6 +130,15 @@ class HybridSceneSettings(PropertyGroup):
         soft_max=0.1,
         precision=4,
     )
+    adaptive: FloatProperty(  # type: ignore[valid-type]
+        name="Adaptive Sampling",
+        description="Pixels stop at 4 samples where objects, paths and, within this contrast, colours agree; 0 is off",
+        default=0.0,
+        min=0.0,
+        max=0.99,
+        soft_max=0.2,
+        precision=3,
+    )
     light_falloff: EnumProperty(  # type: ignore[valid-type]
         name="Light Falloff",
         description="How far lights reach in the ray traced objects and in what they reflect",

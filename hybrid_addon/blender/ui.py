@@ -18,6 +18,13 @@ class HYBRID_MT_surface_presets(bpy.types.Menu):
         self.layout.operator_enum("hybrid.surface_preset", "preset")
 
 
+class HYBRID_MT_quality_presets(bpy.types.Menu):
+    bl_label = "Quality Presets"
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        self.layout.operator_enum("hybrid.quality_preset", "preset")
+
+
 class HYBRID_OBJECT_PT_settings(bpy.types.Panel):
     bl_label = "Ray Tracing"
     bl_space_type = "PROPERTIES"
@@ -66,6 +73,9 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
     def draw_header(self, context: bpy.types.Context) -> None:
         self.layout.prop(context.scene.hybrid, "enabled", text="")
 
+    def draw_header_preset(self, _context: bpy.types.Context) -> None:
+        self.layout.menu("HYBRID_MT_quality_presets", text="", icon="PRESET")
+
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.use_property_split = True
@@ -79,6 +89,7 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
         column = layout.column()
         column.prop(settings, "samples")
         column.prop(settings, "max_depth")
+        column.prop(settings, "adaptive")
         column.prop(settings, "cutoff")
         column.prop(settings, "light_falloff")
         column = layout.column(heading="Viewport")
@@ -93,7 +104,7 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
                 column.label(text=line)
 
 
-CLASSES = (HYBRID_MT_surface_presets, HYBRID_OBJECT_PT_settings, HYBRID_RENDER_PT_settings)
+CLASSES = (HYBRID_MT_surface_presets, HYBRID_MT_quality_presets, HYBRID_OBJECT_PT_settings, HYBRID_RENDER_PT_settings)
 
 
 def _draw_view3d_header(self: bpy.types.Header, context: bpy.types.Context) -> None:

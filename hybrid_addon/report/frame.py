@@ -52,7 +52,7 @@ def frame_report(
         "error": {
             "bound_max": float(np.max(residual)),
             "bound_mean": float(np.mean(residual, dtype=np.float64)),
-            "sampling": None,  # estimated by adaptive sampling only
+            "sampling": dict(film.sampling) if film else {},
         },
         "invariants": dict(film.invariants) if film else {},
         "warnings": list(warnings),
@@ -72,4 +72,6 @@ def summary(report: Mapping[str, Any]) -> tuple[str, str]:
     warnings = report["warnings"]
     if warnings:
         return first, warnings[0] + (f" (and {len(warnings) - 1} more)" if len(warnings) > 1 else "")
-    return first, f"No warnings; cut-off error at most {report['error']['bound_max']:.2g}"
+    rmse = report["error"]["sampling"].get("rmse")
+    sampling = "" if rmse is None else f", sampling error about {rmse:.2g}"
+    return first, f"No warnings; cut-off error at most {report['error']['bound_max']:.2g}{sampling}"

@@ -15,6 +15,7 @@ import pytest
 
 import hybrid_addon as hybrid
 from hybrid_addon.blender import cli, images
+from hybrid_addon.presets import QUALITY
 
 pytestmark = pytest.mark.blender
 ROOT = Path(__file__).resolve().parents[2]
@@ -239,3 +240,21 @@ def test_a_bare_name_goes_into_the_current_folder(blend, tmp_path, monkeypatch):
 def test_the_api_refuses_in_one_line(blend, call, words):
     with pytest.raises(hybrid.HybridError, match=words):
         call()
+
+
+@pytest.mark.parametrize("words", [["--preset", "draft"], ["--preset", "final", "--samples", "5", "--adaptive", "0.1"]])
+def test_a_preset_sets_the_quality_and_what_stands_beside_it_wins(blend, tmp_path, words):
+    report = tmp_path / "r.json"
+    assert cli.main(render(blend, tmp_path / "o.png", "--report", str(report), *words)) == 0
+    settings = json.loads(report.read_text())["settings"]
+    q = QUALITY[words[1].upper()][2].values()
+    if "--samples" in words:
+        q |= {"samples": 5, "adaptive": 0.1}
+    assert {name: settings[name] for name in q} == pytest.approx(q)
+    assert bpy.context.scene.hybrid.samples == 1  # the file's own
+
+
+def test_the_panels_preset_is_the_commands(blend):
+    bpy.ops.hybrid.quality_preset(preset="FINAL")
+    held = {name: getattr(bpy.context.scene.hybrid, name) for name in QUALITY["FINAL"][2].values()}
+    assert held == pytest.approx(QUALITY["FINAL"][2].values())

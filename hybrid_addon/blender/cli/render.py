@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 
+from ...presets import QUALITY
 from .. import api, images
 from ..errors import HybridError
 from . import batch, frames
@@ -39,8 +40,11 @@ def add(verbs: Verbs) -> None:
     render.add_argument("--reflectivity", type=number(0, 1), metavar="X", help="of the ray traced objects, 0..1")
     render.add_argument("--opacity", type=number(0, 1), metavar="X", help="of the ray traced objects, 0..1")
     render.add_argument("--ior", type=number(1e-6, 1e6), metavar="X", help="of the ray traced objects")
+    render.add_argument("--preset", choices=[key.lower() for key in QUALITY], help="options beside it win")
     render.add_argument("--samples", type=number(1, 65536, int), metavar="N", help="rays through each ray traced pixel")
     render.add_argument("--max-depth", type=number(0, 1024, int), metavar="N", help="bounces")
+    render.add_argument("--cutoff", type=number(0, 1), metavar="X", help="share that a sample may lose to small rays")
+    render.add_argument("--adaptive", type=number(0, 0.99), metavar="X", help="contrast; 0: all samples everywhere")
     render.add_argument("--light-falloff", choices=("eevee", "physical"), help="default: the file's own")
     render.add_argument("--resolution", type=resolution, metavar="WxH")
     render.add_argument("--threads", type=number(0, 1024, int), metavar="N", help="0: all cores")
@@ -87,8 +91,11 @@ def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, A
         camera=shot.camera,
         frame=shot.frame,
         mode=arguments.mode,
+        preset=arguments.preset,
         samples=arguments.samples,
         max_depth=arguments.max_depth,
+        cutoff=arguments.cutoff,
+        adaptive=arguments.adaptive,
         light_falloff=arguments.light_falloff,
         resolution=arguments.resolution,
         threads=arguments.threads,
