@@ -22,7 +22,7 @@ Bools = NDArray[np.bool_]
 
 
 @dataclass(eq=False)
-class _Split:
+class Split:
     """How n hits share out the throughput of their rays.
 
     reflected, transmitted : (3, n) float32, throughput of the new rays.
@@ -42,7 +42,7 @@ def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: S
     plan = scene.plan
     if not (plan.reflection or plan.refraction):
         return [rays.take(np.zeros(0, np.intp))]
-    split = _share_out(scene, rays, at)
+    split = share_out(scene, rays, at)
     reflect_too, transmit_too = _followed(scene, rays, split, sums, tally)
     waves = []
     if plan.reflection:
@@ -53,7 +53,7 @@ def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: S
     return waves
 
 
-def _share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> _Split:
+def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
     """Share the light out among the mirror, the interface's reflection and its transmission."""
     table, n = scene.surfaces, len(rays)
     interface, tint = table.interface.take(at.surface), table.tint.take(at.surface, axis=1)
@@ -70,7 +70,7 @@ def _share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> _Split:
     if thin is not None:
         fresnel, tint = both_faces(fresnel, tint, thin)
         bends &= ~thin
-    return _Split(
+    return Split(
         reflected=rays.throughput * (table.mirror.take(at.surface, axis=1) + interface * fresnel),
         transmitted=rays.throughput * (tint * (interface * (1 - fresnel))),
         bends=bends,
@@ -84,7 +84,7 @@ def _cosine(wo: Float32, n: Float32) -> Float64:
     return np.clip(dot(wo.astype(np.float64), n.astype(np.float64)), 0, 1)
 
 
-def _followed(scene: CompiledScene, rays: Rays, split: _Split, sums: Sums, tally: Tally) -> tuple[Bools, Bools]:
+def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally: Tally) -> tuple[Bools, Bools]:
     """Which reflected and which transmitted rays go on: those with a weight, within depth, worth their work.
 
     What the depth or the cutoff ends is residual. Camera rays that pass straight through are never cut: the film's
@@ -138,7 +138,7 @@ def _child(
     )
 
 
-def _reflected(rays: Rays, at: Interaction, split: _Split, index: Index, tally: Tally) -> Rays:
+def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, tally: Tally) -> Rays:
     wo = take(at.wo, index)
     direction = normalize(reflect(wo, take(at.n_shading, index)))
     if at.n_shading is not at.n_geometric:
@@ -147,7 +147,7 @@ def _reflected(rays: Rays, at: Interaction, split: _Split, index: Index, tally: 
     return _child(rays, index, take(at.outer, index), direction, split.reflected, REFLECTED)
 
 
-def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: _Split, index: Index, tally: Tally) -> Rays:
+def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, tally: Tally) -> Rays:
     wo, n_shading = take(at.wo, index), take(at.n_shading, index)
     cos_i, eta = take(split.cos_i, index), take(split.eta, index)
     bent = refract(wo.astype(np.float64), n_shading.astype(np.float64), cos_i, eta)
@@ -161,7 +161,7 @@ def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: _Split,
 
 
 def _straight(
-    scene: CompiledScene, rays: Rays, at: Interaction, split: _Split, index: Index, t: Float64, tally: Tally
+    scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, t: Float64, tally: Tally
 ) -> Rays:
     """Rays through index-matched surfaces: the same ray goes on behind, and no bounce is spent."""
     child = _child(rays, index, at.inner(index), take(rays.direction, index), split.transmitted)

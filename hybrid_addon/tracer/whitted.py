@@ -19,13 +19,22 @@ from .sums import Sums
 from .tally import Tally
 from .vectors import Index, count, select, take
 
+Watch = Callable[[Rays, Hits, Index, Interaction | None, Rays], None]
+"""Told of each wave: its rays, their hits, which of them hit, what is known of those (None: no one hit), their rays."""
+
 
 def trace_rays(
-    scene: CompiledScene, rays: Rays, first_seen: PrimitiveSet, sums: Sums, tally: Tally, check: Callable[[], None]
+    scene: CompiledScene,
+    rays: Rays,
+    first_seen: PrimitiveSet,
+    sums: Sums,
+    tally: Tally,
+    check: Callable[[], None],
+    watch: Watch | None = None,
 ) -> None:
     """Follow camera rays to their ends and add what they find to `sums`.
 
-    first_seen : what camera rays can hit first.   check : called once a wave; raises to stop.
+    first_seen : what camera rays can hit first.   check : called once a wave; raises to stop.   watch : see `Watch`.
     """
     first, wave = True, 0
     while len(rays):
@@ -44,23 +53,28 @@ def trace_rays(
             first = False
 
         # Let escaped rays see the world.
-        _add_escaped(scene, rays, select(~hit), sums, tally)
+        add_escaped(scene, rays, select(~hit), sums, tally)
 
         # Recompute the hits from the exact geometry.
         chosen = select(hit)
         if count(chosen, len(rays)) == 0:
+            if watch is not None:
+                watch(rays, hits, chosen, None, rays.take(chosen))
             return
         rays_hit = rays.take(chosen)
         at = interact(scene.geometry, hits, rays, chosen)
         at.lit = None if sums.signatures is None else np.zeros(len(rays_hit), np.uint32)
 
         # Add emitted and local light.
-        _add_light(scene, rays_hit, at, sums, tally)
+        add_light(scene, rays_hit, at, sums, tally)
         if sums.signatures is not None and at.lit is not None:
             sums.signatures.add_hits(rays_hit, at.prim, at.entering, at.lit)
 
         # Spawn at most one reflected and one transmitted ray from each hit.
-        rays = concatenate(spawn(scene, rays_hit, at, take(hits.t, chosen), sums, tally))
+        children = concatenate(spawn(scene, rays_hit, at, take(hits.t, chosen), sums, tally))
+        if watch is not None:
+            watch(rays, hits, chosen, at, children)
+        rays = children
 
 
 def _drop_untraceable(rays: Rays, sums: Sums, tally: Tally) -> Rays:
@@ -110,7 +124,7 @@ def _count_camera_rays(
     return rays, hits, take(hit, kept)
 
 
-def _add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums, tally: Tally) -> None:
+def add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums, tally: Tally) -> None:
     """Add the world's radiance; behind a see-through film a ray that passed straight through all sees no world."""
     if count(escaped, len(rays)) == 0:
         return
@@ -126,7 +140,8 @@ def _add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums, t
         sums.add_radiance(gone.sample, gone.throughput * scene.world.radiance(gone.direction))
 
 
-def _add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tally: Tally) -> None:
+def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tally: Tally) -> None:
+    """Add what the hits of the rays emit, and the light that they get from the lights and the world."""
     table = scene.surfaces
     if scene.plan.emission:
         glowing = select(table.emits.take(at.surface))
