@@ -45,13 +45,13 @@ def sync(
     _mute(mask_node, mode != "HYBRID")
     _mute(trace_node, mode == "RASTER")
     stand_ins = {node.get(SOURCE): node for node in tree.nodes if SOURCE in node}
-    for user_node in _render_layers(tree, scene, source.name):
+    for user_node in render_layers(tree, scene, source.name):
         hybrid = stand_ins.pop(user_node.name, None) or _insert(tree, user_node)
         _divert(tree, user_node, hybrid)
         raster = {"HYBRID": mask_node, "RASTER": user_node}.get(mode)
         _link(tree, hybrid.inputs["Raster"], raster and raster.outputs["Image"])
         _link(tree, hybrid.inputs["Traced"], None if mode == "RASTER" else trace_node.outputs["Image"])
-        _mute_ours(user_node, mode == "FULL" and not _other_outputs(user_node))
+        _mute_ours(user_node, mode == "FULL" and not other_outputs(user_node))
     for orphan in stand_ins.values():
         _withdraw(tree, orphan, scene, source.name)
 
@@ -88,7 +88,7 @@ def needs_source(scene: bpy.types.Scene, source: bpy.types.ViewLayer, mode: str)
         return mode == "RASTER"
     tree = compositor_tree(scene)
     others = tree is not None and any(
-        node.type == "CRYPTOMATTE_V2" or (_is_user(node, scene, source.name) and _other_outputs(node))
+        node.type == "CRYPTOMATTE_V2" or (_is_user(node, scene, source.name) and other_outputs(node))
         for node in tree.nodes
     )
     return scene.render.film_transparent or others or scene.render.image_settings.file_format == "OPEN_EXR_MULTILAYER"
@@ -217,12 +217,12 @@ def _is_user(node: bpy.types.Node, scene: bpy.types.Scene, layer: str | None) ->
     return (not node.mute or MUTED in node) and layer in (None, node.layer)
 
 
-def _render_layers(tree: bpy.types.NodeTree, scene: bpy.types.Scene, layer: str | None) -> list[bpy.types.Node]:
+def render_layers(tree: bpy.types.NodeTree, scene: bpy.types.Scene, layer: str | None) -> list[bpy.types.Node]:
     """The user's Render Layers nodes that show this layer (None: any layer) of this scene."""
     return [node for node in tree.nodes if _is_user(node, scene, layer)]
 
 
-def _other_outputs(node: bpy.types.Node) -> bool:
+def other_outputs(node: bpy.types.Node) -> bool:
     """Whether a pass other than the picture is used."""
     return any(socket.is_linked for socket in node.outputs if socket.name not in {"Image", "Alpha"})
 
@@ -272,7 +272,7 @@ def _divert(tree: bpy.types.NodeTree, user_node: bpy.types.Node, hybrid: bpy.typ
 
 def _withdraw(tree: bpy.types.NodeTree, hybrid: bpy.types.Node, scene: bpy.types.Scene, layer: str | None) -> None:
     """Take a Hybrid node out again; if its Render Layers node was renamed, any other of this layer takes its links."""
-    origin = tree.nodes.get(hybrid[SOURCE]) or next(iter(_render_layers(tree, scene, layer)), None)
+    origin = tree.nodes.get(hybrid[SOURCE]) or next(iter(render_layers(tree, scene, layer)), None)
     for output in hybrid.outputs:
         for link in list(output.links):
             if origin is not None:

@@ -23,6 +23,11 @@ class Restore:
         """The user's value, or the default."""
         return self._values.get(name, default)
 
+    def forget(self, *names: str) -> None:
+        """Let what the pipeline made of these stand."""
+        for name in names:
+            self._values.pop(name, None)
+
     def save(self) -> None:
         """Write to the scene, if anything changed."""
         text = json.dumps(self._values, sort_keys=True)

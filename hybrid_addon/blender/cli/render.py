@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import bpy
 
 from ...presets import QUALITY
-from .. import api, images
+from .. import api, handoff, images
 from ..errors import HybridError
 from . import batch, frames
 from .common import Verbs, check_outputs, number, open_file, picture, resolution, say
@@ -52,6 +53,10 @@ def add(verbs: Verbs) -> None:
         "--report", type=Path, metavar="PATH.json", help="what was done, what it cost, what was left out"
     )
     render.add_argument("--passes", type=Path, metavar="DIR", help="also write raster, mask and traced as EXR")
+    render.add_argument(
+        "--handoff", action="store_true",
+        help="also write DIR/composite.blend, from which Blender without the add-on composites the passes",
+    )  # fmt: skip
 
 
 def _frames(text: str) -> list[int]:
@@ -67,6 +72,8 @@ def _render(arguments: argparse.Namespace) -> None:
     for scene in scenes:
         _mark(scene, arguments)
     work = batch.shots(arguments, scenes)
+    if arguments.handoff:
+        _check_handoff(work, arguments)
     single = len(work) == 1 and not (arguments.animation or arguments.frames)
     reports = batch.Reports(arguments.report, work, single=single, keep=arguments.skip_existing)
     warned: set[str] = set()
@@ -82,6 +89,30 @@ def _render(arguments: argparse.Namespace) -> None:
         say(f"frame {shot.frame}: {shot.picture} ({seconds:.2f} s, {report['mask_coverage'] * 100:.1f} % ray traced)")
 
     batch.run(work, render, skip_existing=arguments.skip_existing)
+    if arguments.handoff:
+        _hand_off(work, arguments)
+
+
+def _check_handoff(work: Sequence[batch.Shot], arguments: argparse.Namespace) -> None:
+    if not arguments.passes:
+        raise HybridError("--handoff needs --passes DIR: the folder for the layers and composite.blend")
+    if len({(shot.scene, shot.camera) for shot in work}) > 1:
+        raise HybridError("--handoff writes one scene, seen by one camera: render the others by commands of their own")
+    if min(shot.frame for shot in work) < 0:
+        raise HybridError("--handoff needs frames from 0 on: Blender numbers no file of a sequence below 0")
+
+
+def _hand_off(work: Sequence[batch.Shot], arguments: argparse.Namespace) -> None:
+    """The plain file beside the passes, of the size and camera they were rendered with."""
+    first = min(work, key=lambda shot: shot.frame)
+    path, numbers = arguments.passes / "composite.blend", [shot.frame for shot in work]
+    numbered = bool(arguments.animation or arguments.frames)
+    if arguments.resolution:
+        b_render = first.scene.render
+        b_render.resolution_x, b_render.resolution_y = arguments.resolution
+        b_render.resolution_percentage = 100
+    handoff.save(path, first.scene, first.camera, first.passes, numbers if numbered else [])
+    say(f"hand-off: {path}")
 
 
 def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, Any]:
