@@ -23,6 +23,9 @@ test-real: venv  ## Build, install and use the extension in the real Blender BLE
 stability: venv  ## Run the stiff and extreme cases: build/stability/stability.html and .json
 	$(RUN) -m hybrid_addon stability --output build/stability
 
+bench: venv  ## Measure what it costs: build/bench/bench.md and .json (ARGS="--only thesis --quick", --help)
+	$(RUN) -m tools.bench $(ARGS)
+
 lint: venv  ## Style, banned imports, types
 	$(RUN) -m ruff check
 	$(RUN) -m ruff format --check
@@ -51,4 +54,4 @@ clean:  ## Remove what was built and rendered (not $(VENV))
 	rm -rf build dist wheels demo .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find hybrid_addon tests tools -name __pycache__ -prune -exec rm -rf {} +
 
-.PHONY: help demo test test-real stability lint format extension extension-local wheels venv clean
+.PHONY: help demo test test-real stability bench lint format extension extension-local wheels venv clean

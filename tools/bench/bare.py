@@ -1,0 +1,71 @@
+"""The tracer's own rays, sent to embreex by nobody but a loop: what the tracer can at best come down to."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hybrid_addon.tracer import accel
+
+Call = tuple[Any, np.ndarray, np.ndarray, np.ndarray | None]
+
+
+@dataclass
+class Recording:
+    """Every query of a trace: the Embree scene, its rays as contiguous rows, and t_max for any-hit queries."""
+
+    calls: list[Call] = field(default_factory=list)
+
+    @property
+    def rays(self) -> int:
+        """How many rays Embree was sent."""
+        return sum(len(origin) for _, origin, _, _ in self.calls)
+
+    def replay(self, threads: int) -> None:
+        """Send them all again, spread over threads, and drop the answers."""
+        with ThreadPoolExecutor(threads) as pool:
+            for _ in pool.map(_send, self.calls):
+                pass
+
+
+def _send(call: Call) -> None:
+    scene, origin, direction, t_max = call
+    if t_max is None:
+        scene.run(origin, direction, query="INTERSECT")
+    else:
+        scene.run(origin, direction, dists=t_max.copy(), query="OCCLUDED")  # embreex overwrites it
+
+
+@contextmanager
+def recorded() -> Iterator[Recording]:
+    """Record what is traced meanwhile. Slow, and it holds all rays in memory."""
+    found, lock = Recording(), threading.Lock()
+    intersect, occluded = accel.TriangleScene.intersect, accel.TriangleScene.occluded
+
+    def note(scene: accel.TriangleScene, origin: Any, direction: Any, t_max: Any = None) -> None:
+        if scene.size and origin.shape[1]:
+            rays = [np.array(a.T, np.float32, order="C") for a in (origin, direction)]
+            with lock:
+                found.calls.append((scene._scene, rays[0], rays[1], None if t_max is None else t_max.copy()))
+
+    def noted_intersect(self: Any, origin: Any, direction: Any) -> Any:
+        note(self, origin, direction)
+        return intersect(self, origin, direction)
+
+    def noted_occluded(self: Any, origin: Any, direction: Any, t_max: Any) -> Any:
+        note(self, origin, direction, t_max)
+        return occluded(self, origin, direction, t_max)
+
+    setattr(accel.TriangleScene, "intersect", noted_intersect)  # noqa: B010 (mypy: a method is not assigned to)
+    setattr(accel.TriangleScene, "occluded", noted_occluded)  # noqa: B010
+    try:
+        yield found
+    finally:
+        setattr(accel.TriangleScene, "intersect", intersect)  # noqa: B010
+        setattr(accel.TriangleScene, "occluded", occluded)  # noqa: B010

@@ -1,0 +1,78 @@
+"""The sample scenes: rendered by Blender, as F12 does, or translated once for the tracer alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import bpy
+
+import hybrid_addon as hybrid
+from hybrid_addon.blender import engine, opengl, pipeline, results
+from hybrid_addon.blender.sync import translate
+from hybrid_addon.scene import Float32, Scene, Settings
+from hybrid_addon.tracer import trace
+
+from .measure import ROOT
+
+THESIS = ("simple", "intermediate", "complex")
+Size = tuple[int, int]
+
+
+def open_scene(name: str, size: Size) -> bpy.types.Scene:
+    """A sample scene with Hybrid on, at this size."""
+    hybrid.disable(bpy.context.scene)
+    path = ROOT / "sample_scenes" / f"{name}.blend"
+    bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False, use_scripts=False)
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = size
+    scene.render.resolution_percentage = 100
+    if opengl.missing():
+        scene.render.compositor_device = "CPU"
+    hybrid.enable(scene)
+    return scene
+
+
+def without_opengl() -> str:
+    """Why EEVEE cannot draw here, or ""."""
+    return opengl.missing() or ""
+
+
+def render(scene: bpy.types.Scene, mode: str, eevee: int, samples: int) -> dict[str, Any]:
+    """One frame through Blender's render pipeline; the report of what was traced, {} in mode RASTER."""
+    scene.hybrid.mode, scene.hybrid.samples = mode, samples
+    scene.eevee.taa_render_samples = eevee
+    pipeline.sync(scene)
+    bpy.ops.render.render(scene=scene.name)
+    if results.errors.get(scene.name):
+        raise RuntimeError(results.errors[scene.name])
+    frame = results.frames.get(scene.name)
+    return frame.report if frame else {}
+
+
+def warm_up(scene: bpy.types.Scene, mode: str = "HYBRID") -> None:
+    """Let EEVEE compile its shaders and load its textures, on a small picture."""
+    size = scene.render.resolution_x, scene.render.resolution_y
+    scene.render.resolution_x, scene.render.resolution_y = 64, 48
+    render(scene, mode, 1, 1)
+    scene.render.resolution_x, scene.render.resolution_y = size
+
+
+def translated(name: str, size: Size) -> tuple[Scene, Settings]:
+    """A sample scene as plain data, and its settings."""
+    scene = open_scene(name, size)
+    layer = scene.view_layers[0]
+    layer.update()
+    translation = translate(layer.depsgraph, scene, size, (0, 0, *size), light_falloff=scene.hybrid.light_falloff)
+    return translation.scene, engine.tracer_settings(scene)
+
+
+def traced(scene: Scene, settings: Settings, mask: Float32 | None = None) -> dict[str, Any]:
+    """Trace, and keep of the film what it cost."""
+    film = trace(scene, settings, mask)
+    return {"time": film.time, "rays": film.rays}
+
+
+def all_flagged(scene: Scene) -> Scene:
+    """The same with every object ray traced."""
+    return replace(scene, instances=tuple(replace(instance, ray_traced=True) for instance in scene.instances))

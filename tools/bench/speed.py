@@ -1,0 +1,81 @@
+"""Rays a second, against bare embreex calls, and over threads."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+from hybrid_addon.tracer import trace
+
+from . import files
+from .bare import recorded
+from .measure import Bench, cores
+from .table import Goal, Table
+
+PICTURES_A_SECOND = 15.0  # asked of a machine with 16 cores
+MANY_CORES = 16
+
+
+def rays(bench: Bench) -> list[Table]:
+    """The tracer alone on the thesis' scenes: pictures and rays a second, and the same rays in bare embreex calls."""
+    size = (128, 96) if bench.quick else (1024, 768)
+    n = cores()
+    table = Table(
+        f"The tracer alone, {size[0]}x{size[1]}, {n} threads",
+        ["scene", "samples", "million rays", "build s", "trace s", "bare s", "trace / bare", "Mray/s a core", "fps"],
+        note="Every pixel traced. Bare: the very same rays in embreex calls from as many threads, answers dropped. "
+        "fps: pictures a second with the tree built anew for each, and in brackets with it kept.",
+    )
+    for name in files.THESIS:
+        scene, settings = files.translated(name, size)
+        for samples in (1, 4):
+            bench.say(f"{name}, {samples} samples")
+            how = replace(settings, samples=samples, see="ALL", threads=n)
+            with recorded() as recording:
+                trace(scene, how)
+            timings = bench.side_by_side(
+                {"tracer": partial(files.traced, scene, how), "bare": partial(recording.replay, n)}
+            )
+            bare, build = timings["bare"].wall, timings["tracer"].phase("build")
+            traced = timings["tracer"].phase("trace")
+            rate = recording.rays / traced / n / 1e6
+            fps = f"{1 / timings['tracer'].wall:.3g} ({1 / traced:.3g})"
+            table.rows.append((name, samples, recording.rays / 1e6, build, traced, bare, traced / bare, rate, fps))
+            if (name, samples) == ("intermediate", 4):
+                table.goals.append(Goal("intermediate: tracer / the same rays in bare embreex", traced / bare, 2.5))
+            if (name, samples) == ("simple", 1):
+                table.goals.append(Goal("simple: million rays a second a core", rate, 2.0, at_least=True))
+                if n >= MANY_CORES:
+                    goal = Goal("simple: traced pictures a second", 1 / traced, PICTURES_A_SECOND, at_least=True)
+                    table.goals.append(goal)
+    return [table]
+
+
+def threads(bench: Bench) -> list[Table]:
+    """One thread to all of them: the tracer, and bare embreex calls, which no tracer can exceed."""
+    size = (128, 96) if bench.quick else (1024, 768)
+    steps = [t for t in (1, 2, 4, 8, 16, 32, 64, 128) if t < cores()] + [cores()]
+    table = Table(
+        f"Threads, {size[0]}x{size[1]}",
+        ["scene", "samples", "threads", "trace s", "speed-up", "efficiency", "bare embreex s", "its speed-up"],
+        note="Tracing only: the tree is built before.",
+    )
+    for name, samples in (("simple", 1), ("intermediate", 4 if cores() < MANY_CORES else 16)):
+        scene, settings = files.translated(name, size)
+        how = replace(settings, samples=samples, see="ALL")
+        bench.say(f"{name}, {samples} samples, threads {steps}")
+        with recorded() as recording:
+            trace(scene, replace(how, samples=min(samples, 4)))
+        tracer = bench.side_by_side({str(t): partial(files.traced, scene, replace(how, threads=t)) for t in steps})
+        bare = bench.side_by_side({str(t): partial(recording.replay, t) for t in steps})
+        seconds = [timing.phase("trace") for timing in tracer.values()]
+        for t, wall, other in zip(steps, seconds, bare.values(), strict=True):
+            gain = seconds[0] / wall
+            table.rows.append(
+                (name, samples, t, wall, gain, f"{gain / t:.0%}", other.wall, bare["1"].wall / other.wall)
+            )
+        if steps[-1] >= 2:
+            least = 1.8 if steps[-1] == 2 else 9 / 16 * steps[-1]
+            what = f"{name}: speed-up from 1 to {steps[-1]} threads"
+            table.goals.append(Goal(what, seconds[0] / seconds[-1], least, at_least=True))
+    return [table]
