@@ -40,7 +40,7 @@ def without_opengl() -> str:
 
 def render(scene: bpy.types.Scene, mode: str, eevee: int, samples: int) -> dict[str, Any]:
     """One frame through Blender's render pipeline; the report of what was traced, {} in mode RASTER."""
-    scene.hybrid.mode, scene.hybrid.samples = mode, samples
+    scene.hybrid.mode, scene.hybrid.samples, scene.hybrid.adaptive = mode, samples, 0.0
     scene.eevee.taa_render_samples = eevee
     pipeline.sync(scene)
     bpy.ops.render.render(scene=scene.name)
