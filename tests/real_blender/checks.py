@@ -10,6 +10,7 @@ import json
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -165,6 +166,25 @@ def test_an_animation_moves_in_both_halves(blender: Blender, folder: Path, scene
     for a, b in ((0, 1), (1, 2), (0, 2)):
         assert worst(frames[a][mask == 0], frames[b][mask == 0]) > 20 * STEP, "EEVEE's half stands still"
         assert worst(frames[a][mask > 0.99], frames[b][mask > 0.99]) > 20 * STEP, "the reflection stands still"
+
+
+def test_open_job_description_installs_the_zip_and_renders(archive: Path, folder: Path, scene: Path, still: Path,
+                                                           ) -> None:  # fmt: skip
+    """farm/openjd as README says it, on a Blender that has nothing installed: frame 1 is the picture of `-f 1`."""
+    job = {"BlenderFile": scene, "Frames": "1-3:2", "FramesPerTask": 2, "OutputFolder": folder / "farm",
+           "OutputName": "job_####.png", "HybridExtension": archive, "Blender": shutil.which(BLENDER[0]),
+           "HybridBlender": shutil.which(BLENDER[0])}  # fmt: skip
+    words = [word for name, value in job.items() for word in ("--job-param", f"{name}={value}")]
+    templates = ROOT / "farm" / "openjd"
+    process = subprocess.run(
+        [sys.executable, "-c", "from openjd.cli import main; main()", "run", templates / "render.yaml",
+         "--environment", templates / "environment.yaml", *words],
+        env={**os.environ, "BLENDER_USER_RESOURCES": str(folder / "nothing here")}, text=True, timeout=400,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )  # fmt: skip
+    assert process.returncode == 0, process.stdout
+    assert sorted(path.name for path in (folder / "farm").iterdir()) == ["job_0001.png", "job_0003.png"]
+    assert worst(read(folder / "farm" / "job_0001.png"), read(still)) <= STEP
 
 
 def test_f12_in_a_window_gives_the_same_picture(blender: Blender, folder: Path, scene: Path, still: Path) -> None:

@@ -20,6 +20,7 @@ from .common import say
 
 ALL = "all"
 PASSES = ("raster", "mask", "traced")
+PROGRESS = ("text", "openjd")  # openjd: the lines that an Open Job Description session takes from a task's output
 
 
 @dataclass(frozen=True)
@@ -123,8 +124,8 @@ def _check_distinct(found: Sequence[Shot]) -> None:
                 raise HybridError(f"several pictures would be '{path}': put {what} into the name in --output")
 
 
-def run(work: Sequence[Shot], render: Callable[[Shot], None], *, skip_existing: bool) -> None:
-    """Render them one after the other, saying how far it is after each: the line that README documents."""
+def run(work: Sequence[Shot], render: Callable[[Shot], None], *, skip_existing: bool, progress: str = "text") -> None:
+    """Render them one after the other, saying how far it is after each: the lines of PROGRESS that README documents."""
     for done, shot in enumerate(work, 1):
         if not skip_existing:
             render(shot)
@@ -136,8 +137,12 @@ def run(work: Sequence[Shot], render: Callable[[Shot], None], *, skip_existing: 
                     say(f"frame {shot.frame}: another process renders {shot.picture}")
                 elif not shot.finished:  # looked at again: it may have been finished while we asked
                     render(shot)
-        percent = done * 100 // len(work)
-        say(f"progress {done}/{len(work)} frame {shot.frame} camera {shot.camera_name} {percent}%")
+        where, percent = f"{done}/{len(work)} frame {shot.frame} camera {shot.camera_name}", done * 100 // len(work)
+        if progress == "openjd":
+            say(f"openjd_status: {where}", prefix="")
+            say(f"openjd_progress: {percent}", prefix="")
+        else:
+            say(f"progress {where} {percent}%")
 
 
 class Reports:

@@ -30,14 +30,14 @@ def open_file(path: Path) -> bpy.types.Scene:
     return bpy.context.scene
 
 
-def check_outputs(paths: Sequence[Path], folder: Path | None) -> None:
-    """Find out before the work, not after it, that its result cannot be written."""
-    if folder is not None:
+def check_outputs(paths: Sequence[Path], *folders: Path) -> None:
+    """Make the folders, and find out before the work, not after it, that its result cannot be written."""
+    for folder in folders:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise HybridError(f"cannot make folder '{folder}': {error.strerror}") from error
-    for parent in {path.resolve().parent for path in paths} | ({folder.resolve()} if folder else set()):
+    for parent in {path.resolve().parent for path in paths} | {folder.resolve() for folder in folders}:
         if not parent.is_dir():
             raise HybridError(f"cannot write into '{parent}': there is no such folder")
         if not os.access(parent, os.W_OK):

@@ -25,6 +25,7 @@ def add(verbs: Verbs) -> None:
         "--output", type=picture, required=True, metavar="PATH",
         help="PNG or EXR, by its extension; #### is the frame, {camera_name}, {scene_name} and {blend_name} are names",
     )  # fmt: skip
+    render.add_argument("--make-folder", action="store_true", help="make the output's folder if there is none")
     when = render.add_mutually_exclusive_group()
     limit = frames.FRAME_LIMIT
     when.add_argument("--frame", type=number(-limit, limit, int), metavar="N", help="default: the file's current frame")
@@ -36,6 +37,7 @@ def add(verbs: Verbs) -> None:
         "--skip-existing", action="store_true",
         help="leave out what is there already, and what another process renders at the moment",
     )  # fmt: skip
+    render.add_argument("--progress", choices=batch.PROGRESS, default="text", help="openjd: for Open Job Description")
     render.add_argument("--mode", choices=("hybrid", "raster", "full"), help="default: the file's own")
     render.add_argument("--ray-traced", nargs="+", metavar="NAME", help="flag these objects instead of the file's")
     render.add_argument("--reflectivity", type=number(0, 1), metavar="X", help="of the ray traced objects, 0..1")
@@ -67,7 +69,10 @@ def _frames(text: str) -> list[int]:
 
 
 def _render(arguments: argparse.Namespace) -> None:
-    check_outputs([path for path in (arguments.output, arguments.report) if path], arguments.passes)
+    folders = [arguments.passes] if arguments.passes else []
+    if arguments.make_folder:
+        folders.append(arguments.output.parent)
+    check_outputs([path for path in (arguments.output, arguments.report) if path], *folders)
     scenes = batch.choose_scenes(open_file(arguments.file), arguments.scene)
     for scene in scenes:
         _mark(scene, arguments)
@@ -88,7 +93,7 @@ def _render(arguments: argparse.Namespace) -> None:
         reports.add(shot, report)
         say(f"frame {shot.frame}: {shot.picture} ({seconds:.2f} s, {report['mask_coverage'] * 100:.1f} % ray traced)")
 
-    batch.run(work, render, skip_existing=arguments.skip_existing)
+    batch.run(work, render, skip_existing=arguments.skip_existing, progress=arguments.progress)
     if arguments.handoff:
         _hand_off(work, arguments)
 
