@@ -9,9 +9,6 @@ from dataclasses import dataclass
 
 from ..scene import Float32
 
-SWELLING = "clear bodies swell into what they touch, by 64 ulp of their coordinates and 8 of the other thing's"
-"""A limit that several cases share: whether a body may touch another is asked of boxes along the world's axes."""
-
 
 @dataclass(frozen=True, eq=False)
 class Measured:
@@ -47,7 +44,6 @@ class Case:
     what      : the situation, `answer` : the right answer, both as text.
     tolerance : the largest value that passes, in `unit`.
     measure   : does the work; an exception counts as a failure that says so.
-    limit     : what today keeps the case from passing, "" for cases that are expected to pass.
     """
 
     number: int
@@ -58,7 +54,6 @@ class Case:
     tolerance: float
     unit: str
     measure: Callable[[], Measured]
-    limit: str = ""
 
     def run(self) -> Result:
         """Measure, and compare with the tolerance."""
@@ -80,12 +75,12 @@ class Theme:
         self.cases: list[Case] = []
 
     def case(
-        self, number: int, name: str, what: str, answer: str, tolerance: float, unit: str = "radiance", limit: str = ""
+        self, number: int, name: str, what: str, answer: str, tolerance: float, unit: str = "radiance"
     ) -> Callable[[Callable[[], Measured]], Callable[[], Measured]]:
         """Register the function below as a case; see `Case` for the arguments."""
 
         def register(measure: Callable[[], Measured]) -> Callable[[], Measured]:
-            self.cases.append(Case(number, name, self.title, what, answer, tolerance, unit, measure, limit))
+            self.cases.append(Case(number, name, self.title, what, answer, tolerance, unit, measure))
             return measure
 
         return register

@@ -143,7 +143,7 @@ def _limits(failed: Results) -> str:
         return ""
     items = "\n".join(
         f'<li><a href="#{escape(case.name)}"><code>{escape(case.name)}</code></a>: {_number(result.value)} against '
-        f"{case.tolerance:g}{'. ' + escape(case.limit) if case.limit else ''}</li>"
+        f"{case.tolerance:g}</li>"
         for case, result in failed
     )
     return f'<div class="limits"><b class="bad">Not within tolerance</b>\n<ul>\n{items}\n</ul></div>'
@@ -176,8 +176,6 @@ def _anchor(title: str) -> str:
 
 def _row(case: Case, result: Result) -> str:
     detail = "" if not result.detail else f"<br><small>{escape(result.detail)}</small>"
-    if case.limit and not result.passed:
-        detail += f'<br><small class="bad">{escape(case.limit)}</small>'
     picture = ""
     if result.picture is not None:
         data = base64.b64encode(png(result.picture)).decode("ascii")

@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from ..scene import Camera, Float32, Float64
+from .constants import WIDE_LENS
+from .vectors import Array
 
 
 def generate_rays(
     camera: Camera, x: Float64, y: Float64, center: Float64, bounds_radius: float
-) -> tuple[Float32, Float32, Float32]:
+) -> tuple[Float32, Array, Float32]:
     """Rays (origin (3, n), unit direction (3, n), t_max (n,)) through film positions in pixels of the full frame.
+
+    All float32, but for the directions of a very wide lens, which are float64 (see WIDE_LENS).
 
     The clip planes are planar, as in Blender: rays start on the plane at clip_start and end on the one at clip_end.
     They start even later, on the near side of the ball (center, bounds_radius) that holds the scene: rounding their
@@ -33,7 +37,7 @@ def generate_rays(
             foot[i] = eye[i] + plane_x * axis_x[i] + plane_y * axis_y[i]
     length = np.sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2])
     exact = direction / length
-    unit = exact.astype(np.float32)
+    unit = exact if _is_wide(camera) else exact.astype(np.float32)
     clip_start, clip_end = camera.clip_start * length, camera.clip_end * length
     # Distances along each ray to where it passes the centre, and to where it enters the ball.
     nearest = -(foot[0] * exact[0] + foot[1] * exact[1] + foot[2] * exact[2])
@@ -42,3 +46,9 @@ def generate_rays(
     # Aimed with the rounded direction: the ray is exact where the scene is, not where the camera is.
     origin = (foot + aim * exact - (aim - start) * unit).astype(np.float32)
     return origin, unit, (clip_end - start).astype(np.float32)
+
+
+def _is_wide(camera: Camera) -> bool:
+    left, right, bottom, top = camera.view_plane
+    tangent2 = max(left * left, right * right) + max(bottom * bottom, top * top)
+    return camera.projection == "PERSP" and 1 + tangent2 > WIDE_LENS**2

@@ -53,6 +53,9 @@ MAX_PROBE_CROSSINGS = 64
 MAX_MEDIA = 8
 """A ray is inside of at most so many solids at once; one more is not tracked, and counted."""
 
+FAINT = 2.0**-20
+"""What transmits no more than this share of light is no solid: swelling it would show more than its light does."""
+
 MAX_PILE = 1024
 """Among more transmitting solids than this it is not asked which of them touch."""
 
@@ -87,6 +90,12 @@ RETRACE_STEP = 8 * FLOAT32_ULP
 """First step past a spurious hit, relative to the largest coordinate of the origin; grows by RETRACE_GROWTH."""
 
 RETRACE_GROWTH = 8.0
+
+WIDE_LENS = 16.0
+"""Camera rays keep a float64 direction if the frame reaches so far off the axis (a secant: 86 degrees).
+
+There a float32 direction's error of 2^-25 is magnified by the square of the secant on the film.
+"""
 
 GRAZING_COSINE = 1.0e-2
 """Below this |cos| Embree's t and barycentrics lose digits (error 1e-7 / cos): there the hit is verified in float64."""

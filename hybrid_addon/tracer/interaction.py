@@ -89,7 +89,7 @@ def interact(geometry: Geometry, hits: Hits, rays: Rays, chosen: Index) -> Inter
         point=point,
         n_geometric=n_geometric,
         n_shading=_shading_normal(geometry, prim, point, n_geometric, entering),
-        wo=-direction,
+        wo=-direction.astype(np.float32, copy=False),
         offset=offset,
         outer=offset_origin(point, facing, offset),
     )

@@ -25,7 +25,7 @@ from .constants import (
 from .geometry import Geometry
 from .shapes import plane_distance, sphere_distance
 from .tally import Tally
-from .vectors import largest_component
+from .vectors import Array, largest_component
 
 Bools = NDArray[np.bool_]
 
@@ -71,14 +71,17 @@ class PrimitiveSet:
 
     # -------------------------------------------------------------------------------------------- nearest hit
 
-    def nearest(self, origin: Float32, direction: Float32, tally: Tally) -> Hits:
-        """Nearest hit of rays (3, n), all of them traceable."""
+    def nearest(self, origin: Float32, direction: Array, tally: Tally) -> Hits:
+        """Nearest hit of rays (3, n), all of them traceable. Embree sees float64 directions rounded."""
+        rounded: Float32 = direction.astype(np.float32, copy=False)
         with tally.phase("intersect"):
-            prim = self._triangles.intersect(origin, direction)
-        hits = self._refine(prim, origin, direction)
+            prim = self._triangles.intersect(origin, rounded)
+        hits = self._refine(prim, origin, rounded)
         if self.triangle_count:
-            self._retrace(hits, origin, direction, tally)
-            self._check_grazing(hits, origin, direction, tally)
+            self._retrace(hits, origin, rounded, tally)
+            self._check_grazing(hits, origin, rounded, tally)
+            if rounded is not direction:
+                self._sharpen(hits, origin, direction)
         if len(self._spheres) or len(self._planes):
             self._add_shapes(hits, origin, direction)
         return hits
@@ -150,7 +153,16 @@ class PrimitiveSet:
         slack = BARYCENTRIC_SLACK + FLOAT32_ULP / np.abs(hits.toward[grazing])
         tally.add("barycentrics_out_of_range", np.count_nonzero((u < -slack) | (v < -slack) | (u + v > 1 + slack)))
 
-    def _add_shapes(self, hits: Hits, origin: Float32, direction: Float32) -> None:
+    def _sharpen(self, hits: Hits, origin: Float32, direction: Float64) -> None:
+        """Distances along float64 directions to the triangles that the rounded ones found, if they meet these too."""
+        found = np.flatnonzero(hits.prim >= 0)
+        prim, o, d = hits.prim[found], origin[:, found], direction[:, found]
+        t, toward = plane_distance(self.geometry.facets[prim].T, o, d)
+        u, v = barycentrics(self.geometry, prim, o + t * d, clamp=False)
+        inside = (t > 0) & (u >= 0) & (v >= 0) & (u + v <= 1)
+        hits.t[found[inside]], hits.toward[found[inside]] = t[inside], toward[inside]
+
+    def _add_shapes(self, hits: Hits, origin: Float32, direction: Array) -> None:
         """Let analytic shapes that are strictly nearer replace the triangles' hits."""
         g = self.geometry
         for sphere in self._spheres:

@@ -16,7 +16,8 @@ from .vectors import Array, Index, largest_component, take
 class Rays:
     """A wave of n rays.
 
-    origin, direction : (3, n) float32; these float32 values *are* the ray. direction is unit length.
+    origin, direction : (3, n) float32; these float32 values *are* the ray. direction is unit length; those of camera
+                        rays of a very wide lens are float64, and refine what the rounded ray hits.
     throughput        : (3, n) float32, what one unit of radiance found by this ray adds to its sample, per channel.
     sample            : (n,) intp, the sample it adds to, as a number within the chunk.
     depth             : (n,) int16, bounces so far.
@@ -28,7 +29,7 @@ class Rays:
     """
 
     origin: Float32
-    direction: Float32
+    direction: Array
     throughput: Float32
     sample: NDArray[np.intp]
     depth: NDArray[np.int16]
@@ -61,7 +62,7 @@ def concatenate(waves: list[Rays]) -> Rays:
 
 def camera_rays(
     origin: Float32,
-    direction: Float32,
+    direction: Array,
     t_max: Float32,
     sample: NDArray[np.intp],
     media: NDArray[np.int32] | None = None,

@@ -56,8 +56,8 @@ class _Bodies:
 
 def find_solids(scene: Scene, geometry: Geometry, table: SurfaceTable) -> tuple[Geometry, Media]:
     """The media of a scene, and its geometry with touching solids swollen and thin walls marked by a larger extent."""
-    transmits = table.transmits[geometry.surface]
-    if not (table.refracts[geometry.surface]).any():
+    transmits = table.clear[geometry.surface]
+    if not (transmits & table.refracts[geometry.surface]).any():
         return geometry, Media()
     bodies = _bodies(scene, geometry, transmits)
     is_thin = np.abs(bodies.thickness) < THIN_WALL * bodies.extent

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64, Int32, Surface, Texture
-from .constants import MIN_ROUGHNESS
+from .constants import FAINT, MIN_ROUGHNESS
 
 Bools = NDArray[np.bool_]
 
@@ -43,6 +43,7 @@ class SurfaceTable:
     straight: Bools  # (s,) IOR exactly 1: F = 0, rays pass unbent
     reflects: Bools  # (s,) a hit can spawn a reflected ray
     transmits: Bools  # (s,) a hit can spawn a refracted or straight ray
+    clear: Bools  # (s,) and it brings more than FAINT
     shadow_opaque: Bools  # (s,) blocks every shadow ray
     shadow_clear: Bools  # (s,) lets every shadow ray pass unchanged
 
@@ -102,6 +103,7 @@ def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
         straight=straight,
         reflects=(mirror != 0).any(0) | ((interface != 0) & ~straight),
         transmits=(passes != 0).any(0),
+        clear=(passes > FAINT).any(0),
         shadow_opaque=(passes == 0).all(0),
         shadow_clear=straight & (passes == 1).all(0),
         textures=textures,

@@ -15,7 +15,7 @@ MICRORADIAN = 1e-6
 def leaving(monkeypatch):
     """Trace a scene; directions (3, n) and throughputs (n,) of the rays that leave it, camera rays left out."""
     seen = []
-    original = whitted._add_escaped
+    original = whitted.add_escaped
 
     def watch(scene, rays, escaped, sums, tally):
         gone = rays.take(escaped)
@@ -23,7 +23,7 @@ def leaving(monkeypatch):
         seen.append((gone.direction.astype(float), gone.throughput[0]))
         original(scene, rays, escaped, sums, tally)
 
-    monkeypatch.setattr(whitted, "_add_escaped", watch)
+    monkeypatch.setattr(whitted, "add_escaped", watch)
 
     def run(scene, **settings):
         seen.clear()
