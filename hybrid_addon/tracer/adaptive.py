@@ -59,9 +59,10 @@ def choose(totals: Totals, pixels: Pixels, size: tuple[int, int], weight: Float3
     assert totals.signature is not None and totals.uneven is not None
     wanted = np.zeros(size, bool)
     wanted.reshape(-1)[pixels] = True
-    chosen = (totals.uneven | (totals.seen == 0)).reshape(size) & wanted
-    signature, mean = totals.signature.reshape(size), totals.mean().reshape(3, *size)
     share = np.ones(size, np.float32) if weight is None else weight.reshape(size)
+    spread = totals.spread().reshape(size) * share
+    chosen = ((totals.uneven | (totals.seen == 0)).reshape(size) | (spread > threshold)) & wanted
+    signature, mean = totals.signature.reshape(size), totals.mean().reshape(3, *size)
     for here, there in _neighbours():
         both = wanted[here] & wanted[there]
         differs = signature[here] != signature[there]

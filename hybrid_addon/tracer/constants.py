@@ -145,6 +145,9 @@ Halves whose error variance is v and correlation c differ by 2 v (1 - c) and hav
 the slope -0.75 the mean has v 2^-1.5, so c = 2^-0.5 - 1. (For random samples c = 0, and the factor is 1/4.)
 """
 
+COARSEST = 8
+"""A picture against a deadline begins with every 8th pixel across and up: 1/64 of the work of one sample."""
+
 FILL_SAMPLES = 64
 """Extra camera rays for a masked pixel in which no sample met a flagged object."""
 

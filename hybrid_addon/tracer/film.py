@@ -8,6 +8,7 @@ value.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,24 +59,27 @@ def gaussian_disk(u: Float32, v: Float32, radius: float) -> tuple[Float32, Float
     return r * np.cos(angle), r * np.sin(angle)
 
 
-def fill_from_neighbours(radiance: Float32, known: NDArray[np.bool_], wanted: NDArray[np.bool_]) -> int:
-    """Copy colours of the nearest known pixels into the wanted ones, in place; how many were filled.
+def fill_from_neighbours(images: Sequence[Float32], known: NDArray[np.bool_], wanted: NDArray[np.bool_]) -> int:
+    """Copy the nearest known pixels of images (h, w) or (h, w, n) into the wanted ones, in place; how many were filled.
 
     Each round lets the known area grow by one pixel, sideways before diagonally, in a fixed order.
     """
     empty = wanted & ~known
-    todo, colors = empty, radiance.copy()
+    if not empty.any():
+        return 0
+    todo, nearest = empty, np.arange(known.size).reshape(known.shape)
     while todo.any() and known.any():
         grown = known.copy()
         for dy, dx in ((0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)):
             source = _shifted(known, dy, dx) & ~grown
             if source.any():
                 rows, columns = np.nonzero(source)
-                colors[rows, columns] = colors[rows + dy, columns + dx]
+                nearest[rows, columns] = nearest[rows + dy, columns + dx]
                 grown |= source
         todo, known = todo & ~grown, grown
     filled = empty & ~todo  # unwanted pixels only pass colours on
-    radiance[filled] = colors[filled]
+    for image in images:
+        image[filled] = image.reshape(known.size, -1)[nearest[filled]].reshape(-1, *image.shape[2:])
     return int(np.count_nonzero(filled))
 
 

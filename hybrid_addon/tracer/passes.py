@@ -7,8 +7,10 @@ bit.
 
 from __future__ import annotations
 
+import math
 import os
 import threading
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
@@ -37,8 +39,16 @@ SMALLEST_SHARE = 1 << 13
 """Small pictures are split evenly over the threads, but not into fewer camera rays than pay for a wave's overhead."""
 
 
+SHORT_CHUNK = 1 << 14
+"""Camera rays that a thread takes at once against a deadline: what is not done by then is lost."""
+
+
 class Cancelled(Exception):
     """The progress callback asked to stop."""
+
+
+class _TooLate(Exception):
+    """The deadline has passed."""
 
 
 @dataclass(frozen=True)
@@ -65,37 +75,48 @@ class Pass:
 class Passes:
     """Runs passes over the pixels of one window."""
 
-    def __init__(
-        self, scene: CompiledScene, mask_weight: NDArray[np.float32] | None, progress: Progress | None
-    ) -> None:
+    def __init__(self, scene: CompiledScene, progress: Progress | None) -> None:
         x0, y0, x1, _ = scene.camera.window
         self.scene, self.settings = scene, scene.settings
         self.corner, self.width = (x0, y0), x1 - x0
-        self.weight = mask_weight
         self.tally = Tally()
         self.stop = threading.Event()
         self.progress = progress
         self.identity = identities(scene.geometry) if scene.settings.adaptive > 0 else None
 
-    def run(self, pixels: Pixels, work: Pass, totals: Totals, done: float, until: float) -> None:
-        """Work through pixels in chunks; done .. until is this part of the progress."""
+    def run(
+        self,
+        pixels: Pixels,
+        work: Pass,
+        totals: Totals,
+        progress: tuple[float, float],
+        deadline: float = math.inf,
+    ) -> bool:
+        """Work through pixels in chunks; whether all were done before the deadline, on time.perf_counter's clock.
+
+        progress : the fractions done before and after this pass.
+        """
         threads = self.settings.threads or os.cpu_count() or 1
         share = max(SMALLEST_SHARE, len(pixels) * work.count // (2 * threads))  # a small picture is for all threads
-        size = max(1, min(self.settings.chunk, share) // work.count)
+        longest = self.settings.chunk if deadline == math.inf else min(self.settings.chunk, SHORT_CHUNK)
+        size = max(1, min(longest, share) // work.count)
+        (done, until), in_time = progress, True
         chunks: Iterator[Pixels] = (pixels[i : i + size] for i in range(0, len(pixels), size))
-        pending: set[Future[Tally]] = set()
+        pending: set[Future[tuple[Tally, bool]]] = set()
         finished = 0
         with ThreadPoolExecutor(threads, thread_name_prefix="hybrid-tracer") as pool:
             try:
                 # A short queue: cancelling must not wait for chunks that nobody has begun.
                 while True:
-                    while len(pending) < 2 * threads and (chunk := next(chunks, None)) is not None:
-                        pending.add(pool.submit(self._trace_chunk, chunk, work, totals))
+                    while in_time and len(pending) < 2 * threads and (chunk := next(chunks, None)) is not None:
+                        pending.add(pool.submit(self._trace_chunk, chunk, work, totals, deadline))
                     if not pending:
-                        return
+                        return in_time
                     complete, pending = wait(pending, POLL_SECONDS, FIRST_COMPLETED)
                     for future in complete:
-                        self.tally.merge(future.result())
+                        tally, complete_chunk = future.result()
+                        self.tally.merge(tally)
+                        in_time &= complete_chunk
                         finished += size
                     self.report(done + (until - done) * min(1.0, finished / len(pixels)))
             except BaseException:
@@ -108,14 +129,24 @@ class Passes:
             self.stop.set()
             raise Cancelled("tracing was cancelled")
 
-    def _check(self) -> None:
-        if self.stop.is_set():
-            raise Cancelled("tracing was cancelled")
-
-    def _trace_chunk(self, pixels: Pixels, work: Pass, totals: Totals) -> Tally:
-        """All samples of some pixels; on a worker thread."""
+    def _trace_chunk(self, pixels: Pixels, work: Pass, totals: Totals, deadline: float) -> tuple[Tally, bool]:
+        """All samples of some pixels, on a worker thread; False: none of them, the deadline came first."""
         tally = Tally()
-        self._check()
+
+        def check() -> None:
+            if self.stop.is_set():
+                raise Cancelled("tracing was cancelled")
+            if time.perf_counter() > deadline:
+                raise _TooLate
+
+        try:
+            check()
+            self._trace(pixels, work, totals, tally, check)
+        except _TooLate:
+            return tally, False
+        return tally, True
+
+    def _trace(self, pixels: Pixels, work: Pass, totals: Totals, tally: Tally, check: Callable[[], None]) -> None:
         with tally.phase("shade"), np.errstate(all="ignore"):
             x, y = self.corner[0] + pixels % self.width, self.corner[1] + pixels // self.width
             if work.filtered:
@@ -135,6 +166,5 @@ class Passes:
             if work.signed and self.identity is not None:
                 importance = np.float32(self.settings.adaptive)
                 sums.signatures = Signatures(np.zeros(n, np.uint32), self.identity, importance)
-            trace_rays(self.scene, rays, work.seen, sums, tally, self._check)
-            totals.add(pixels, sums, None if self.weight is None else self.weight[pixels], self.settings.adaptive)
-        return tally
+            trace_rays(self.scene, rays, work.seen, sums, tally, check)
+            totals.add(pixels, sums)

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Film, Float32, Scene, Settings
-from .adaptive import Audit, audit, choose
 from .compiled import CompiledScene
-from .constants import FAILED_PIXEL, FILL_SAMPLES, FIRST_SAMPLES, SAMPLING_SLOPE
+from .constants import FAILED_PIXEL, FILL_SAMPLES
 from .film import fill_from_neighbours
 from .passes import Cancelled, Pass, Passes, Pixels, Progress
+from .schedule import END, Schedule, is_adaptive
 from .tally import Tally
 from .totals import Totals
 from .validate import validate
@@ -23,13 +24,18 @@ DEFAULTS = Settings()
 
 
 def trace(
-    scene: Scene, settings: Settings = DEFAULTS, mask: Float32 | None = None, progress: Progress | None = None
+    scene: Scene,
+    settings: Settings = DEFAULTS,
+    mask: Float32 | None = None,
+    progress: Progress | None = None,
+    deadline: float = math.inf,
 ) -> Film:
     """Trace a scene over its camera's window.
 
     mask     : (height, width); only pixels where it is not 0 are traced, and each of these gets a colour if any flagged
                object is in sight of it or of a neighbour. None: all pixels.
     progress : called on this thread with the fraction done, about every 0.1 s; returning False cancels.
+    deadline : on time.perf_counter's clock; what is not traced by then is given up (`schedule`), and `skipped` says so.
 
     Raises ValueError for scenes that cannot be traced, Cancelled if progress says so.
     """
@@ -39,48 +45,51 @@ def trace(
     building = Tally()
     with building.phase("build"):
         compiled = CompiledScene(scene, settings)
-    film = trace_compiled(compiled, mask, progress)
+    film = trace_compiled(compiled, mask, progress, deadline)
     spent = {"wall": building.wall["build"], "cpu": building.cpu["build"]}
     film.time["build"] = spent
     film.time["total"] = {clock: film.time["total"][clock] + spent[clock] for clock in spent}
     return film
 
 
-def trace_compiled(compiled: CompiledScene, mask: Float32 | None = None, progress: Progress | None = None) -> Film:
+def trace_compiled(
+    compiled: CompiledScene,
+    mask: Float32 | None = None,
+    progress: Progress | None = None,
+    deadline: float = math.inf,
+) -> Film:
     """The same, for a scene that has been made ready before: `CompiledScene(scene, settings)` of a validated scene."""
-    return _Frame(compiled, mask, progress).render()
+    return _Frame(compiled, mask, progress, deadline).render()
 
 
 class _Frame:
     """The work on one picture."""
 
-    def __init__(self, scene: CompiledScene, mask: Float32 | None, progress: Progress | None) -> None:
-        self.began = time.perf_counter()
+    def __init__(self, scene: CompiledScene, mask: Float32 | None, progress: Progress | None, deadline: float) -> None:
+        self.began, self.deadline = time.perf_counter(), deadline
         self.scene, self.settings = scene, scene.settings
         x0, y0, x1, y1 = scene.camera.window
-        self.corner, self.width, self.height = (x0, y0), x1 - x0, y1 - y0
+        self.width, self.height = x1 - x0, y1 - y0
         self.mask = None if mask is None else np.asarray(mask, np.float32).reshape(-1)
         n = self.width * self.height
         self.pixels: Pixels = np.arange(n) if self.mask is None else np.flatnonzero(self.mask != 0)
-        self.passes = Passes(self.scene, self.mask, progress)
+        self.must_fill = self.mask is not None and self.settings.see == "FLAGGED"
+        self.passes = Passes(self.scene, progress)
         self.tally = self.passes.tally
-        self.total = Totals.zeros(n, self._is_adaptive())
+        self.total = Totals.zeros(n, is_adaptive(scene))
+        self.schedule = Schedule(scene, self.passes, self.total, self.pixels, self.mask, deadline)
         self.skipped = list(self.scene.plan.skipped)
-        self.sampling: dict[str, object] = {}
-
-    def _is_adaptive(self) -> bool:
-        return self.settings.adaptive > 0 and self.settings.samples > FIRST_SAMPLES
 
     # -------------------------------------------------------------------------------------------- stages
 
     def render(self) -> Film:
         """Trace all wanted pixels, fill those that no sample hit, and develop."""
         began = time.perf_counter()
-        self._sample()
-        coverage = self.total.seen / np.maximum(self.total.samples, 1)
-        known = self.total.seen > 0
-        if self.mask is not None and self.settings.see == "FLAGGED":
-            known = self._fill_gaps(known)
+        self.schedule.run()
+        for skipped in self.schedule.skipped:
+            self._skip(*skipped)
+        coverage = (self.total.seen / np.maximum(self.total.samples, 1)).astype(np.float32)
+        known = self._fill_gaps(self.total.seen > 0) if self.must_fill else self.total.samples > 0
         self.passes.report(1.0)
         film = self._develop(coverage, known)
         film.time["trace"] = {"wall": time.perf_counter() - began, "cpu": self._cpu()}
@@ -89,42 +98,6 @@ class _Frame:
 
     def _cpu(self) -> float:
         return sum(seconds for phase, seconds in self.tally.cpu.items() if phase != "build")
-
-    def _sample(self) -> None:
-        """All samples of all pixels, or few of all and the others where they are needed."""
-        samples, seen = self.settings.samples, self.scene.seen_by_camera
-        if not self._is_adaptive():
-            self.passes.run(self.pixels, Pass(0, samples, seen, samples > 1), self.total, 0.0, 0.95)
-            self._note_sampling()
-            return
-        self.passes.run(self.pixels, Pass(0, FIRST_SAMPLES, seen, True, True), self.total, 0.0, 0.4)
-        pixels, check = self._refine()
-        rest = samples - FIRST_SAMPLES
-        self.passes.run(pixels, Pass(FIRST_SAMPLES, rest, seen, True), self.total, 0.4, 0.95)
-        self.sampling["audit"] = check.result(self.total, self.settings.adaptive)
-        self._skip("samples", "their pixels are even (adaptive)", (len(self.pixels) - len(pixels)) * rest)
-        self._note_sampling()
-
-    def _refine(self) -> tuple[Pixels, Audit]:
-        """The pixels that take all their samples: those that need them, and some of the others as a check."""
-        size, threshold = (self.height, self.width), self.settings.adaptive
-        needed = choose(self.total, self.pixels, size, self.mask, threshold)
-        alone = self.pixels[~needed]
-        x, y = self.corner[0] + alone % self.width, self.corner[1] + alone // self.width
-        check = audit(self.total, alone, x, y, self.settings.seed)
-        return np.union1d(self.pixels[needed], check.pixels), check
-
-    def _note_sampling(self) -> None:
-        """How many samples there were, and the error to expect of them, over the traced pixels and as they show."""
-        taken = self.total.samples[self.pixels]
-        variance = self.total.variance[self.pixels].astype(np.float64)
-        if self.mask is not None:
-            variance *= self.mask[self.pixels] ** 2
-        known = variance[np.isfinite(variance)]
-        self.sampling["samples_mean"] = float(taken.mean()) if len(taken) else 0.0
-        self.sampling["samples_max"] = int(np.max(taken, initial=0))
-        self.sampling["rmse"] = float(np.sqrt(known.mean())) if len(known) else None
-        self.sampling["slope"] = SAMPLING_SLOPE
 
     def _fill_gaps(self, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Give every masked pixel a colour: more camera rays, then only flagged geometry, then the neighbours'."""
@@ -141,7 +114,7 @@ class _Frame:
                 if len(self.scene.flagged_only) == 0:
                     break
                 work = Pass(samples, FILL_SAMPLES, self.scene.flagged_only, True)
-            self.passes.run(empty, work, self.total, 0.95, 1.0)
+            self.passes.run(empty, work, self.total, (END, 1.0), self.deadline)
             known = self.total.seen > 0
             self._skip(what, why, int(np.count_nonzero(known[empty])))
         return known
@@ -150,7 +123,7 @@ class _Frame:
         if number:
             self.skipped.append({"what": what, "why": why, "count": number})
 
-    def _develop(self, coverage: NDArray[np.float64], known: NDArray[np.bool_]) -> Film:
+    def _develop(self, coverage: Float32, known: NDArray[np.bool_]) -> Film:
         """Means over the samples that count, failures in pink, gaps from the neighbours."""
         with np.errstate(all="ignore"):
             radiance = np.ascontiguousarray(self.total.mean().T)
@@ -162,12 +135,13 @@ class _Frame:
         residual[failed] = 1
         shape = (self.height, self.width)
         radiance = radiance.reshape(*shape, 3)
-        if self.mask is not None and self.settings.see == "FLAGGED":
-            wanted = np.zeros(self.width * self.height, bool)
-            wanted[self.pixels] = True
-            filled = fill_from_neighbours(radiance, known.reshape(shape), wanted.reshape(shape))
-            self._skip("pixels without a sample", "copied from the nearest traced pixel", filled)
-        return self._film(radiance, coverage.astype(np.float32).reshape(shape), residual.reshape(shape))
+        coverage, residual = coverage.reshape(shape), residual.reshape(shape)
+        wanted = np.zeros(self.width * self.height, bool)
+        wanted[self.pixels] = True
+        images = (radiance, residual) if self.must_fill else (radiance, residual, coverage)
+        filled = fill_from_neighbours(images, known.reshape(shape), wanted.reshape(shape))
+        self._skip("pixels without a sample", "copied from the nearest traced pixel", filled)
+        return self._film(radiance, coverage, residual)
 
     def _film(self, radiance: Float32, coverage: Float32, residual: Float32) -> Film:
         counts, tally = self.tally.counts, self.tally
@@ -191,5 +165,5 @@ class _Frame:
                 **{name: counts[name] for name in invariants},
             },
             skipped=self.skipped,
-            sampling=self.sampling,
+            sampling=self.schedule.sampling,
         )

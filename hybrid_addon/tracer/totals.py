@@ -22,8 +22,8 @@ class Totals:
     radiance : (3, n) float64   seen : (n,) float64 samples that count   residual : (n,) float64 throughput cut off
     samples  : (n,) int32, camera samples taken.
     variance : (n,) float32, estimate of the squared error of the mean, over the channels; NaN where unknown.
-    signature, uneven : (n,) of pixels' first pass, where adaptive sampling asks: the signature of the first sample,
-               and whether the others differ from it in signature or contrast.
+    signature, uneven, low, high : of the samples of signed passes, where adaptive sampling asks: the signature (n,) of
+               the first, whether others differ from it (n,), and the extremes (3, n) float32 of those that count.
     """
 
     radiance: Float64
@@ -33,6 +33,8 @@ class Totals:
     variance: Float32
     signature: NDArray[np.uint32] | None
     uneven: Bools | None
+    low: Float32 | None
+    high: Float32 | None
 
     @classmethod
     def zeros(cls, n: int, signed: bool) -> Totals:
@@ -45,26 +47,55 @@ class Totals:
             np.full(n, np.nan, np.float32),
             np.zeros(n, np.uint32) if signed else None,
             np.zeros(n, bool) if signed else None,
+            np.full((3, n), np.inf, np.float32) if signed else None,
+            np.zeros((3, n), np.float32) if signed else None,
         )
 
-    def add(self, pixels: Pixels, sums: Sums, weight: Float32 | None, threshold: float) -> None:
-        """Add a pass over some pixels (each once). weight: their share of the picture, (n,) or None for 1."""
+    def add(self, pixels: Pixels, sums: Sums) -> None:
+        """Add a pass over some pixels (each once)."""
         m, g = len(pixels), sums.groups
         radiance, seen = sums.radiance.reshape(3, m, g), sums.seen.reshape(m, g)
+        self._estimate(pixels, radiance, seen, sums.count)
+        if sums.signatures is not None:
+            self._compare(pixels, radiance, seen, sums.signatures.values.reshape(m, g))
         self.radiance[:, pixels] += _sum(radiance)
         self.seen[pixels] += _sum(seen)
         self.residual[pixels] += _sum(sums.residual.reshape(m, g))
         self.samples[pixels] += sums.count
-        if g > 1:
+
+    def _estimate(self, pixels: Pixels, radiance: Float64, seen: Float64, count: int) -> None:
+        """Estimate the variance from the two halves of a pass, or from it and an equal number of samples before it."""
+        before = self.samples[pixels]
+        if seen.shape[1] > 1:
             variance = mean_variance(radiance, seen)
-            variance *= (sums.count / self.samples[pixels]) ** (-2 * SAMPLING_SLOPE)
-            self.variance[pixels] = np.where(np.isfinite(variance), variance, self.variance[pixels])
-        if sums.signatures is not None and self.signature is not None and self.uneven is not None:
-            values = sums.signatures.values.reshape(m, g)
-            contrast = sample_contrast(radiance, seen)
-            contrast *= 1 if weight is None else weight
-            self.signature[pixels] = values[:, 0]
-            self.uneven[pixels] = (values != values[:, :1]).any(axis=1) | (contrast > threshold)
+            variance *= (count / (before + count)) ** (-2 * SAMPLING_SLOPE)
+        elif (before == count).all():
+            halves = np.stack([self.radiance[:, pixels], radiance[..., 0]], -1)
+            variance = mean_variance(halves, np.stack([self.seen[pixels], seen[:, 0]], -1))
+        else:
+            return
+        self.variance[pixels] = np.where(np.isfinite(variance), variance, self.variance[pixels])
+
+    def _compare(self, pixels: Pixels, radiance: Float64, seen: Float64, signature: NDArray[np.uint32]) -> None:
+        """Note where signatures (m, g) differ among all samples so far, and how far the samples (3, m, g) spread."""
+        assert self.signature is not None
+        assert self.uneven is not None
+        assert self.low is not None
+        assert self.high is not None
+        first = np.where(self.samples[pixels] == 0, signature[:, 0], self.signature[pixels])
+        self.signature[pixels] = first
+        self.uneven[pixels] |= (signature != first[:, None]).any(axis=1)
+        counts = seen > 0
+        low = np.where(counts, radiance, np.inf).min(axis=-1).astype(np.float32)
+        high = np.where(counts, radiance, 0.0).max(axis=-1).astype(np.float32)
+        self.low[:, pixels] = np.minimum(self.low[:, pixels], low)
+        self.high[:, pixels] = np.maximum(self.high[:, pixels], high)
+
+    def spread(self) -> Float32:
+        """Largest contrast (n,) over the channels among the samples of signed passes that count."""
+        assert self.low is not None
+        assert self.high is not None
+        return contrast(np.minimum(self.low, self.high), self.high).max(axis=0)
 
     def mean(self) -> Float32:
         """(3, n) radiance: the mean over the samples that count; 0 where none does."""
@@ -90,14 +121,6 @@ def mean_variance(radiance: Float64, seen: Float64) -> Float32:
     difference -= _sum(radiance[..., middle:]) / _sum(seen[..., middle:])
     difference *= difference
     return np.asarray((difference.mean(axis=0) * HALVES_TO_ERROR).astype(np.float32))
-
-
-def sample_contrast(radiance: Float64, seen: Float64) -> Float32:
-    """Largest contrast (m,) over the channels among those samples (3, m, g) that count."""
-    counts = seen > 0
-    high = np.where(counts, radiance, 0.0).max(axis=-1).astype(np.float32)
-    low = np.where(counts, radiance, np.inf).min(axis=-1).astype(np.float32)
-    return contrast(np.minimum(low, high), high).max(axis=0)
 
 
 def contrast(a: Float32, b: Float32) -> Float32:

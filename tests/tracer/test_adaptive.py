@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hybrid_addon.scene import PointLight, Settings, World
-from hybrid_addon.tracer import render, trace
+from hybrid_addon.tracer import schedule, trace
 from hybrid_addon.tracer.adaptive import upper_limit
 
 FULL = Settings(samples=32, see="ALL", threads=1, max_depth=6)
@@ -47,7 +47,7 @@ def rmse(film, reference):
 
 
 def test_refined_everywhere_it_is_the_full_picture_exact(spheres, full, monkeypatch):
-    monkeypatch.setattr(render, "choose", lambda totals, pixels, *_: np.ones(len(pixels), bool))
+    monkeypatch.setattr(schedule, "choose", lambda totals, pixels, *_: np.ones(len(pixels), bool))
     film = trace(spheres, THRIFTY)
     np.testing.assert_array_equal(film.radiance, full.radiance)
     np.testing.assert_array_equal(film.residual, full.residual)
@@ -105,7 +105,7 @@ def test_threads_and_chunks_choose_the_same_exact(spheres, thrifty, threads, chu
 
 
 def test_the_audit_finds_what_was_missed(spheres, monkeypatch):
-    monkeypatch.setattr(render, "choose", lambda totals, pixels, *_: np.zeros(len(pixels), bool))
+    monkeypatch.setattr(schedule, "choose", lambda totals, pixels, *_: np.zeros(len(pixels), bool))
     audited = trace(spheres, THRIFTY).sampling["audit"]
     assert audited["left_alone"] == 64 * 48
     assert audited["beyond"] > 0

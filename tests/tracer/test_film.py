@@ -69,7 +69,7 @@ def test_gaps_take_the_colour_of_the_nearest_known_pixel():
     known[1, [1, 4]] = True
     wanted = np.zeros((4, 5), bool)
     wanted[1, :] = wanted[3, 0] = True
-    assert fill_from_neighbours(radiance, known, wanted) == 4
+    assert fill_from_neighbours((radiance,), known, wanted) == 4
     np.testing.assert_array_equal(radiance[1], [[1, 0, 0], [1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1, 0]])
     np.testing.assert_array_equal(radiance[3, 0], [1, 0, 0])
     np.testing.assert_array_equal(radiance[0], 0)  # not wanted, not touched
@@ -77,4 +77,4 @@ def test_gaps_take_the_colour_of_the_nearest_known_pixel():
 
 def test_nothing_to_fill_from_leaves_black():
     radiance = np.zeros((2, 2, 3), np.float32)
-    assert fill_from_neighbours(radiance, np.zeros((2, 2), bool), np.ones((2, 2), bool)) == 0
+    assert fill_from_neighbours((radiance,), np.zeros((2, 2), bool), np.ones((2, 2), bool)) == 0

@@ -1,0 +1,118 @@
+"""A deadline: coarse to fine, what is given up first, and that in time nothing is."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hybrid_addon.scene import PointLight, Settings, World
+from hybrid_addon.tracer import passes, schedule, trace
+from hybrid_addon.tracer.totals import Totals
+
+SIZE = (48, 40)
+SETTINGS = Settings(samples=13, see="ALL", threads=1, max_depth=6)
+
+
+@pytest.fixture(scope="module")
+def scene(build):
+    return build.scene(
+        (build.icosphere(2, 1, smooth=True), build.glass()),
+        (build.quad([(-9, -9, -1), (9, -9, -1), (9, 9, -1), (-9, 9, -1)]), build.matte()),
+        lights=(PointLight("p", (1, -2, 4), (60, 60, 60)),),
+        world=World((0.5, 0.6, 0.7)),
+        camera=build.camera((0, -4, 1), (0, 0, 0), (0, 0, 1), SIZE, 0.5),
+    )
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that stands still between passes and goes one second for each camera ray of a pass."""
+    now = [0.0]
+    stopped = type("Clock", (), {"perf_counter": staticmethod(lambda: now[0])})
+    monkeypatch.setattr(schedule, "time", stopped)
+    monkeypatch.setattr(passes, "time", stopped)
+    run = passes.Passes.run
+
+    def counted(self, pixels, work, *rest):
+        done = run(self, pixels, work, *rest)
+        now[0] += len(pixels) * work.count
+        return done
+
+    monkeypatch.setattr(passes.Passes, "run", counted)
+    return now
+
+
+def skipped(film):
+    return {e["what"]: e["count"] for e in film.skipped if "time budget" in str(e["why"])}
+
+
+@pytest.mark.parametrize("adaptive", [0.0, 0.05])
+@pytest.mark.parametrize("samples", [1, 2, 4, 13])
+def test_in_time_the_picture_is_the_one_without_a_deadline_exact(scene, samples, adaptive):
+    settings = replace(SETTINGS, samples=samples, adaptive=adaptive)
+    free, bound = trace(scene, settings), trace(scene, settings, deadline=time.perf_counter() + 1e6)
+    for name in ("radiance", "coverage", "residual"):
+        np.testing.assert_array_equal(getattr(bound, name), getattr(free, name))
+    assert bound.sampling.get("audit") == free.sampling.get("audit")
+    assert not skipped(bound)
+
+
+def test_samples_are_given_up_first_and_passes_are_whole(scene, clock):
+    n = SIZE[0] * SIZE[1]
+    film = trace(scene, SETTINGS, deadline=6.5 * n)
+    assert skipped(film) == {"samples": 7 * n}  # 1 + 1 + 2 + 2 taken of 13
+    np.testing.assert_array_equal(film.radiance, trace(scene, replace(SETTINGS, samples=6)).radiance)
+    assert film.sampling["rmse"] > 0
+
+
+@pytest.mark.parametrize(("deadline", "step"), [(1, 8), (0.06, 4), (0.24, 2)])
+def test_then_the_resolution(scene, clock, deadline, step):
+    n = SIZE[0] * SIZE[1]
+    film = trace(scene, SETTINGS, deadline=deadline if deadline == 1 else deadline * n)
+    whole = trace(scene, replace(SETTINGS, samples=2))
+    left = n - n // step**2
+    assert skipped(film) == {"samples": 12 * n + left, "resolution": left}
+    assert film.sampling["samples_max"] == 1
+    # Every pixel looks like the nearest that was traced; in the corner of each block that is the pixel itself.
+    blocks = film.radiance.reshape(SIZE[1] // step, step, SIZE[0] // step, step, 3)
+    np.testing.assert_array_equal(blocks[:, 0, :, 1], blocks[:, 0, :, 0])
+    assert (film.coverage == 1).all()
+    assert np.abs(film.radiance.astype(float) - whole.radiance).mean() < 0.1
+
+
+def test_a_masked_sliver_between_the_coarsest_pixels_is_drawn_however_late(scene):
+    mask = np.zeros(SIZE[::-1], np.float32)
+    mask[19:22, 23] = 0.5  # odd column: on none of the coarse rasters
+    film = trace(scene, replace(SETTINGS, see="FLAGGED"), mask, deadline=time.perf_counter() - 1)
+    assert (film.radiance[mask > 0] > 0).all()
+
+
+def test_bounces_are_never_given_up(scene):
+    late = trace(scene, SETTINGS, deadline=time.perf_counter() - 1)
+    on_time = trace(scene, replace(SETTINGS, samples=2))
+    assert late.residual.max() <= on_time.residual.max() * 2
+    assert late.rays["refracted"] > 0
+
+
+def test_a_deadline_is_held(scene):
+    """By wall time, generously: a thousand times more work than there is time for."""
+    large = replace(scene, camera=replace(scene.camera, resolution=(480, 400), window=(0, 0, 480, 400)))
+    began = time.perf_counter()
+    film = trace(large, replace(SETTINGS, samples=4096), deadline=began + 0.6)
+    assert time.perf_counter() - began < 1.5
+    assert skipped(film)["samples"] > 0
+
+
+def test_two_equal_passes_are_two_halves(scene, clock):
+    """One sample says nothing of its error; one and one do."""
+    n = SIZE[0] * SIZE[1]
+    assert trace(scene, SETTINGS, deadline=1.5 * n).sampling["rmse"] is None
+    clock[0] = 0.0
+    two = trace(scene, SETTINGS, deadline=2.5 * n).sampling["rmse"]
+    at_once = trace(scene, replace(SETTINGS, samples=2)).sampling["rmse"]
+    assert two == pytest.approx(at_once, rel=1e-6)
+
+
+def test_totals_know_nothing_at_first():
+    assert np.isnan(Totals.zeros(3, signed=False).variance).all()
