@@ -87,6 +87,7 @@ def render(
     max_depth: int | None = None,
     cutoff: float | None = None,
     adaptive: float | None = None,
+    time_budget: float | None = None,
     light_falloff: str | None = None,
     resolution: tuple[int, int] | None = None,
     threads: int | None = None,
@@ -100,7 +101,13 @@ def render(
     render itself failed or was cancelled.
     """
     scene = scene or bpy.context.scene
-    values = {"samples": samples, "max_depth": max_depth, "cutoff": cutoff, "adaptive": adaptive}
+    values = {
+        "samples": samples,
+        "max_depth": max_depth,
+        "cutoff": cutoff,
+        "adaptive": adaptive,
+        "time_budget": time_budget,
+    }
     overrides = {
         **quality(preset),
         **{name: value for name, value in values.items() if value is not None},

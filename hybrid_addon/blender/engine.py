@@ -116,7 +116,9 @@ def trace_frame(
     settings = tracer_settings(scene)
     if not progress("Building", 0.0):
         raise Cancelled
-    film = trace(translation.scene, settings, mask, lambda fraction: progress("Tracing", fraction))
+    deadline = results.deadline(scene.name, scene.hybrid.time_budget, (window[2] - window[0]) * (window[3] - window[1]))
+    film = trace(translation.scene, settings, mask, lambda fraction: progress("Tracing", fraction), deadline)
+    results.sampled(scene.name, film.time["develop"]["wall"])
     mask = film.coverage if mask is None else mask
     report = frame_report(
         versions=versions(),
@@ -127,7 +129,7 @@ def trace_frame(
         film=film,
         counts=translation.counts,
         time=timing,
-        warnings=[*scene_warnings(scene), *translation.warnings],
+        warnings=[*scene_warnings(scene), *translation.warnings, *budget_warnings(scene, timing, film)],
     )
     return results.Frame(window, raster, mask, premultiply(film.radiance, mask), report), film
 
@@ -170,13 +172,23 @@ def preview_settings(scene: bpy.types.Scene) -> Settings:
 
 def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:
     """What the report says of the settings."""
-    names = ("mode", "samples", "max_depth", "cutoff", "adaptive", "light_falloff", "threads")
+    names = ("mode", "samples", "max_depth", "cutoff", "adaptive", "time_budget", "light_falloff", "threads")
     return {
         **{name: getattr(scene.hybrid, name) for name in names},
         "eevee_samples": scene.eevee.taa_render_samples,
         "filter_size": scene.render.filter_size,
         "film_transparent": scene.render.film_transparent,
     }
+
+
+def budget_warnings(scene: bpy.types.Scene, timing: dict[str, dict[str, float]], film: Film) -> list[str]:
+    """What a time budget cost beyond samples."""
+    budget, eevee = scene.hybrid.time_budget, timing["raster"]["wall"]
+    if 0 < budget < eevee:
+        return [f"EEVEE alone took {eevee:.1f} s of the time budget of {budget:g} s: lower its samples"]
+    if any(entry["what"] == "resolution" for entry in film.skipped):
+        return [f"the time budget of {budget:g} s cost resolution: raise it, or lower Max Bounces"]
+    return []
 
 
 def scene_warnings(scene: bpy.types.Scene) -> list[str]:
@@ -236,9 +248,10 @@ def _crop(image: Float32, window: Window) -> Float32:
 
 def _deliver(target: bpy.types.RenderResult, frame: results.Frame, film: Film) -> None:
     passes = target.layers[0].passes
-    passes["Combined"].rect = frame.traced.reshape(-1, 4)
-    passes["Mask"].rect = frame.mask.reshape(-1, 1)
-    passes["Residual"].rect = (film.residual * frame.mask).reshape(-1, 1)
+    # Not `rect = pixels`: that makes a Python number of each, 190 times slower.
+    passes["Combined"].rect.foreach_set(frame.traced.ravel())
+    passes["Mask"].rect.foreach_set(frame.mask.ravel())
+    passes["Residual"].rect.foreach_set((film.residual * frame.mask).ravel())
 
 
 CLASSES = (HybridTracer,)

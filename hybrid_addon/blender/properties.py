@@ -139,6 +139,15 @@ class HybridSceneSettings(PropertyGroup):
         soft_max=0.2,
         precision=3,
     )
+    time_budget: FloatProperty(  # type: ignore[valid-type]
+        name="Time Budget",
+        description="Seconds for a frame, EEVEE included; what does not fit is given up, samples first. 0 is no limit",
+        default=0.0,
+        min=0.0,
+        soft_max=3600.0,
+        step=100,
+        unit="TIME_ABSOLUTE",
+    )
     light_falloff: EnumProperty(  # type: ignore[valid-type]
         name="Light Falloff",
         description="How far lights reach in the ray traced objects and in what they reflect",

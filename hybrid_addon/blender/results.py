@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, field
 from typing import Any
@@ -37,6 +38,14 @@ reports: dict[str, dict[str, Any]] = {}  # the last report of each scene, kept f
 errors: dict[str, str] = {}  # why the last trace of a scene failed
 _starts: dict[str, Clock] = {}
 _ends: dict[str, Clock] = {}
+_sampled: dict[str, float] = {}  # when the last sample was taken
+_tails: dict[str, float] = {}  # seconds a pixel from there to the end of the frame
+
+FIRST_TAIL = 1e-6
+"""Seconds a pixel to develop, deliver and composite a frame, before one has been measured."""
+
+SHORTEST_TAIL = 0.02
+"""Seconds for it, however few the pixels."""
 
 
 def start(scene: str) -> None:
@@ -52,6 +61,22 @@ def since_start(scene: str) -> dict[str, float]:
     return _starts.setdefault(scene, Clock()).read()
 
 
+def deadline(scene: str, budget: float, pixels: int) -> float:
+    """When to stop tracing, on time.perf_counter's clock, so that the frame ends within its budget (0: never).
+
+    What comes after is taken to last as long as in this scene's last frame.
+    """
+    if budget <= 0:
+        return math.inf
+    since_start(scene)
+    return _starts[scene].wall + budget - max(SHORTEST_TAIL, _tails.get(scene, FIRST_TAIL) * pixels)
+
+
+def sampled(scene: str, ago: float) -> None:
+    """So many seconds ago the last sample was taken."""
+    _sampled[scene] = time.perf_counter() - ago
+
+
 def traced(scene: str, frame: Frame) -> None:
     """The engine has delivered; Blender composites next."""
     frames[scene] = frame
@@ -65,3 +90,5 @@ def finish(scene: str) -> None:
         timing = frames[scene].report["time"]
         timing["composite"] = _ends[scene].read()
         timing["total"] = since_start(scene)
+        if scene in _sampled:
+            _tails[scene] = (time.perf_counter() - _sampled.pop(scene)) / frames[scene].mask.size

@@ -72,6 +72,8 @@ def summary(report: Mapping[str, Any]) -> tuple[str, str]:
     warnings = report["warnings"]
     if warnings:
         return first, warnings[0] + (f" (and {len(warnings) - 1} more)" if len(warnings) > 1 else "")
-    rmse = report["error"]["sampling"].get("rmse")
-    sampling = "" if rmse is None else f", sampling error about {rmse:.2g}"
-    return first, f"No warnings; cut-off error at most {report['error']['bound_max']:.2g}{sampling}"
+    sampling = report["error"]["sampling"]
+    rmse = "" if sampling.get("rmse") is None else f", sampling error about {sampling['rmse']:.2g}"
+    late = any("time budget" in entry["why"] for entry in report["skipped"])
+    begin = f"In time: {sampling['samples_mean']:.1f} samples" if late else "No warnings"
+    return first, f"{begin}; cut-off error at most {report['error']['bound_max']:.2g}{rmse}"

@@ -21,6 +21,7 @@ from .validate import validate
 __all__ = ["Cancelled", "Progress", "trace", "trace_compiled"]
 
 DEFAULTS = Settings()
+PHASES = ("build", "intersect", "occluded", "shade", "develop")
 
 
 def trace(
@@ -91,7 +92,10 @@ class _Frame:
         coverage = (self.total.seen / np.maximum(self.total.samples, 1)).astype(np.float32)
         known = self._fill_gaps(self.total.seen > 0) if self.must_fill else self.total.samples > 0
         self.passes.report(1.0)
-        film = self._develop(coverage, known)
+        with self.tally.phase("develop"):
+            film = self._develop(coverage, known)
+        for phase in PHASES:
+            film.time[phase] = {"wall": self.tally.wall[phase], "cpu": self.tally.cpu[phase]}
         film.time["trace"] = {"wall": time.perf_counter() - began, "cpu": self._cpu()}
         film.time["total"] = {"wall": time.perf_counter() - self.began, "cpu": self._cpu()}
         return film
@@ -144,7 +148,7 @@ class _Frame:
         return self._film(radiance, coverage, residual)
 
     def _film(self, radiance: Float32, coverage: Float32, residual: Float32) -> Film:
-        counts, tally = self.tally.counts, self.tally
+        counts = self.tally.counts
         self._skip("triangles", "degenerate or not finite", self.scene.geometry.dropped)
         self._skip("triangles", "large ones next to small flagged objects, split", self.scene.geometry.split)
         self._skip("shadow rays", "no light would arrive", counts["shadow_not_needed"])
@@ -159,7 +163,7 @@ class _Frame:
             coverage=coverage,
             residual=residual,
             rays={kind: counts[kind] for kind in kinds},
-            time={p: {"wall": tally.wall[p], "cpu": tally.cpu[p]} for p in ("build", "intersect", "occluded", "shade")},
+            time={},  # `render` knows them when all is done
             invariants={
                 "dropped_rays": counts["dropped"],
                 **{name: counts[name] for name in invariants},

@@ -82,8 +82,9 @@ class Schedule:
         if check is not None:
             self.sampling["audit"] = check.result(self.totals, self.settings.adaptive)
         taken_of = self.totals.samples[pixels]
-        self._skip("samples", "the time budget", int((self.settings.samples - taken_of).sum()))
-        self._skip("resolution", "the time budget: pixels that look like a neighbour", int((taken_of == 0).sum()))
+        self._skip("samples", "the time budget: samples go first", int((self.settings.samples - taken_of).sum()))
+        copied = int((taken_of == 0).sum())
+        self._skip("resolution", "the time budget: when no samples are left to give up, pixels go", copied)
 
     def _coarse_to_fine(self) -> bool:
         """The first sample of all pixels. Of the coarsest raster that meets any it is taken whatever the time."""

@@ -258,3 +258,24 @@ def test_the_panels_preset_is_the_commands(blend):
     bpy.ops.hybrid.quality_preset(preset="FINAL")
     held = {name: getattr(bpy.context.scene.hybrid, name) for name in QUALITY["FINAL"][2].values()}
     assert held == pytest.approx(QUALITY["FINAL"][2].values())
+
+
+def test_a_time_budget_is_held_and_what_it_cost_is_said(blend, tmp_path):
+    """A thousand times more samples than there is time for."""
+    report = tmp_path / "r.json"
+    words = ["--samples", "65536", "--time-budget", "0.5", "--resolution", "128x96", "--report", str(report)]
+    assert cli.main(render(blend, tmp_path / "o.png", *words)) == 0
+    told = json.loads(report.read_text())
+    assert told["time"]["total"]["wall"] < 2
+    given_up = {entry["what"] for entry in told["skipped"] if "time budget" in entry["why"]}
+    assert given_up == {"samples"}
+    assert 1 <= told["error"]["sampling"]["samples_mean"] < 65536
+
+
+def test_a_budget_that_eevee_or_the_screen_exceeds_is_a_warning(blend, tmp_path):
+    report = tmp_path / "r.json"
+    words = ["--samples", "64", "--time-budget", "0.001", "--report", str(report)]
+    assert cli.main(render(blend, tmp_path / "o.png", *words)) == 0
+    told = json.loads(report.read_text())
+    assert any("time budget of 0.001 s" in line for line in told["warnings"])
+    assert (tmp_path / "o.png").is_file()

@@ -47,6 +47,10 @@ def add(verbs: Verbs) -> None:
     render.add_argument("--samples", type=number(1, 65536, int), metavar="N", help="rays through each ray traced pixel")
     render.add_argument("--max-depth", type=number(0, 1024, int), metavar="N", help="bounces")
     render.add_argument("--cutoff", type=number(0, 1), metavar="X", help="share that a sample may lose to small rays")
+    render.add_argument(
+        "--time-budget", type=number(0, 1e6), metavar="SECONDS",
+        help="for a frame, EEVEE included; what does not fit is given up, samples first; 0: no limit",
+    )  # fmt: skip
     render.add_argument("--adaptive", type=number(0, 0.99), metavar="X", help="contrast; 0: all samples everywhere")
     render.add_argument("--light-falloff", choices=("eevee", "physical"), help="default: the file's own")
     render.add_argument("--resolution", type=resolution, metavar="WxH")
@@ -132,6 +136,7 @@ def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, A
         max_depth=arguments.max_depth,
         cutoff=arguments.cutoff,
         adaptive=arguments.adaptive,
+        time_budget=arguments.time_budget,
         light_falloff=arguments.light_falloff,
         resolution=arguments.resolution,
         threads=arguments.threads,
