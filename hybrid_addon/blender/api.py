@@ -1,4 +1,4 @@
-"""The Python interface: enable, disable, mark, unmark, render, plan. Forwarded by the package's front door."""
+"""The Python interface: enable, disable, mark, unmark, advise, render, plan. Forwarded by the package's front door."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from ..report.frame import frame_report
 from ..scene import Float32
 from . import engine, images, opengl, pipeline, results
 from .errors import HybridError
+from .scan import advise, plan
 
-__all__ = ["HybridError", "HybridResult", "disable", "enable", "mark", "plan", "render", "unmark"]
+__all__ = ["HybridError", "HybridResult", "advise", "disable", "enable", "mark", "plan", "render", "unmark"]
 
 disable = pipeline.disable
 enable = pipeline.enable
@@ -154,31 +155,6 @@ def check_camera(scene: bpy.types.Scene, camera: bpy.types.Object | None) -> Non
         raise HybridError(f"camera '{camera.name}' is {kind}: hybrid rendering needs a perspective or orthographic one")
 
 
-def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
-    """What a render of this scene would trace and what it would leave out, with the reason for each. Traces nothing."""
-    from ..tracer.plan import describe
-    from .sync import translate
-
-    scene = scene or bpy.context.scene
-    depsgraph = scene.view_layers[0].depsgraph or bpy.context.evaluated_depsgraph_get()
-    depsgraph.update()
-    width, height = _full_size(scene)
-    translation = translate(
-        depsgraph, scene, (width, height), (0, 0, width, height), light_falloff=scene.hybrid.light_falloff
-    )
-    mode = pipeline.effective_mode(scene)
-    return {
-        "scene": scene.name,
-        "mode": mode,
-        "why": "" if mode == scene.hybrid.mode else "no object is ray traced",
-        "ray_traced": [ob.name for ob in pipeline.flagged_objects(scene)],
-        "settings": engine.public_settings(scene),
-        "counts": dict(translation.counts),
-        "skipped": [] if mode == "RASTER" else describe(translation.scene, engine.tracer_settings(scene)),
-        "warnings": [*translation.warnings],
-    }
-
-
 # ------------------------------------------------------------------------------------------------ small parts
 
 
@@ -290,11 +266,6 @@ def _raster_report(scene: bpy.types.Scene, resolution: tuple[int, int]) -> dict[
             {"what": "tracing", "why": "no object is ray traced" if nothing_flagged else "mode RASTER", "count": 1}
         ],
     )
-
-
-def _full_size(scene: bpy.types.Scene) -> tuple[int, int]:
-    scale = scene.render.resolution_percentage / 100
-    return max(1, int(scene.render.resolution_x * scale)), max(1, int(scene.render.resolution_y * scale))
 
 
 def _reason(scene: bpy.types.Scene, message: str) -> Exception:

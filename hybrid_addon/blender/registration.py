@@ -6,9 +6,9 @@ import atexit
 
 import bpy
 
-from . import cli, engine, handlers, operators, pipeline, preview, properties, ui
+from . import advice, cli, engine, handlers, operators, pipeline, preview, properties, ui
 
-_CLASSES = (*properties.CLASSES, *operators.CLASSES, *engine.CLASSES, *ui.CLASSES)
+_CLASSES = (*properties.CLASSES, *operators.CLASSES, *engine.CLASSES, *ui.CLASSES, *advice.CLASSES)
 _registered = False
 
 

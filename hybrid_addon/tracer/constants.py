@@ -156,3 +156,16 @@ FAILED_PIXEL = (1.0, 0.0, 1.0)
 
 MISS = np.int32(-1)
 """Primitive id of a ray that hits nothing."""
+
+SURVEY_PIXELS = 20000
+"""A survey's picture has about so many pixels: what is smaller than a pixel of it covers less than 0.005 %."""
+
+SURVEY_CUTOFF = 1 / 255
+"""A survey follows no rays that could not change an 8 bit picture."""
+
+SAME_PLACE = 0.05
+"""A point that a mirror shows counts as on screen if the picture shows a place this near, as a share of its depth: more
+than the coarse pixels' footprint on a slope, less than the distance between things that hide one another."""
+
+SHARP_ROUGHNESS = 0.25
+"""Above it the sharp mirror image that is traced would look wrong enough to leave a surface to the rasteriser."""

@@ -31,11 +31,15 @@ __all__ = ["Translation", "UnsupportedError", "Warnings", "translate"]
 
 @dataclass(frozen=True, eq=False)
 class Translation:
-    """A scene, what the artist should know about it, and how much of what it holds."""
+    """A scene, what the artist should know about it, and how much of what it holds.
+
+    owners : of each of the instances the name of the object whose Ray Traced flag decides: it, or its instancer.
+    """
 
     scene: Scene
     warnings: tuple[str, ...]
     counts: dict[str, int]
+    owners: tuple[str, ...]
 
 
 def translate(
@@ -74,7 +78,7 @@ def translate(
         lights=tuple(objects.lights),
         world=world,
     )
-    return Translation(scene=scene, warnings=tuple(warn), counts=_counts(scene))
+    return Translation(scene, tuple(warn), _counts(scene), tuple(objects.owners))
 
 
 def _counts(scene: Scene) -> dict[str, int]:

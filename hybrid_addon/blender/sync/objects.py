@@ -39,6 +39,7 @@ class Objects:
         self._mesh_index: dict[MeshKey, int | None] = {}
         self.meshes: list[TriangleMesh] = []
         self.instances: list[Instance] = []
+        self.owners: list[str] = []  # of each instance the object whose flag decides
         self.lights: list[Light] = []
 
     def add_all(self, b_depsgraph: bpy.types.Depsgraph) -> None:
@@ -75,6 +76,7 @@ class Objects:
             return
         self._warn_of_holdout(b_object)
         self._warn_of_instancer(b_instance, settings)
+        self.owners.append((b_instance.parent or b_object).original.name)
         self.instances.append(
             Instance(
                 name=b_object.name,

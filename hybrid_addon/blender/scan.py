@@ -1,0 +1,81 @@
+"""What a scene holds, without rendering it: what would be traced (plan), and what should be (advise)."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+import bpy
+
+from . import engine, pipeline
+from .errors import HybridError
+
+if TYPE_CHECKING:
+    from .sync import Translation
+
+
+def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
+    """What a render of this scene would trace and what it would leave out, with the reason for each. Traces nothing."""
+    from ..tracer.plan import describe
+
+    scene = scene or bpy.context.scene
+    translation = translated(scene)
+    mode = pipeline.effective_mode(scene)
+    return {
+        "scene": scene.name,
+        "mode": mode,
+        "why": "" if mode == scene.hybrid.mode else "no object is ray traced",
+        "ray_traced": [ob.name for ob in pipeline.flagged_objects(scene)],
+        "settings": engine.public_settings(scene),
+        "counts": dict(translation.counts),
+        "skipped": [] if mode == "RASTER" else describe(translation.scene, engine.tracer_settings(scene)),
+        "warnings": [*translation.warnings],
+    }
+
+
+def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
+    """Which objects of this scene need rays, why, how much of the picture they cover, and what rays would cost.
+
+    Traces a coarse picture of about 20 000 pixels; renders nothing, changes nothing. Keys: scene, objects (see
+    `report.advice.advice`), build (seconds), basis (how the cost was estimated), warnings. Raises HybridError.
+    """
+    from ..report.advice import advice
+    from ..tracer.survey import survey
+
+    scene = scene or bpy.context.scene
+    translation = translated(scene)
+    settings = engine.tracer_settings(scene)
+    blended = {m.name for m in bpy.data.materials if m.surface_render_method == "BLENDED"}
+    try:
+        found = survey(translation.scene, settings, frozenset(blended))
+    except ValueError as error:
+        raise HybridError(str(error)) from error
+    flagged = {ob.name for ob in pipeline.flagged_objects(scene)}
+    width, height = full_size(scene)
+    threads = settings.threads or os.cpu_count() or 1
+    return {
+        "scene": scene.name,
+        "objects": advice(
+            found, translation.owners, flagged, pixels=width * height, samples=settings.samples, threads=threads
+        ),
+        "build": found.build,
+        "basis": f"an estimate for {width} x {height} with {settings.samples} samples: rays counted in a coarse picture"
+        f", at {threads / found.seconds_per_ray / 1e6:.2g} million a second, measured there",
+        "warnings": list(translation.warnings),
+    }
+
+
+def translated(scene: bpy.types.Scene) -> Translation:
+    """The whole frame of a scene as it stands, without rendering it."""
+    from .sync import translate
+
+    depsgraph = scene.view_layers[0].depsgraph or bpy.context.evaluated_depsgraph_get()
+    depsgraph.update()
+    width, height = full_size(scene)
+    return translate(depsgraph, scene, (width, height), (0, 0, width, height), light_falloff=scene.hybrid.light_falloff)
+
+
+def full_size(scene: bpy.types.Scene) -> tuple[int, int]:
+    """Width and height of a frame in pixels."""
+    scale = scene.render.resolution_percentage / 100
+    return max(1, int(scene.render.resolution_x * scale)), max(1, int(scene.render.resolution_y * scale))

@@ -1,0 +1,102 @@
+"""What needs rays: the answer for a known scene, the list in the panel, the flags, the command."""
+
+from __future__ import annotations
+
+import bpy
+import pytest
+
+import hybrid_addon as hybrid
+from hybrid_addon.blender import cli
+
+pytestmark = pytest.mark.blender
+
+
+def material(name, **values):
+    b_material = bpy.data.materials.new(name)
+    b_material.use_nodes = True
+    for socket, value in values.items():
+        b_material.node_tree.nodes["Principled BSDF"].inputs[socket.replace("_", " ")].default_value = value
+    return b_material
+
+
+def ball(name, x, b_material):
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=24, ring_count=12, location=(x, 0, 0))
+    b_object = bpy.context.object
+    b_object.name = name
+    b_object.data.materials.append(b_material)
+    return b_object
+
+
+@pytest.fixture
+def row(scene):
+    """From left: matte, glass, a mirror that sees them and the floor behind the camera."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    bpy.ops.object.camera_add(location=(0, -12, 0), rotation=(1.5708, 0, 0))
+    scene.camera = bpy.context.object
+    ball("Matte", -3, material("Matte", Roughness=1.0))
+    ball("Glass", 0, material("Glass", Roughness=0.0, Transmission_Weight=1.0))
+    ball("Mirror", 3, material("Mirror", Roughness=0.0, Metallic=1.0))
+    bpy.ops.mesh.primitive_plane_add(size=100, location=(0, 0, -3))
+    bpy.context.object.name = "Floor"
+    scene.render.resolution_x, scene.render.resolution_y = 320, 180
+    return scene
+
+
+def test_glass_and_mirror_are_suggested_with_reason_coverage_and_cost(row):
+    found = hybrid.advise(row)
+    assert [e["object"] for e in found["objects"]] == ["Glass", "Mirror"]
+    glass, mirror = found["objects"]
+    assert glass["why"][0].startswith("refracts light more than once")
+    assert mirror["why"][0].startswith("mirrors what the picture does not show")
+    assert all(e["suggested"] and not e["ray_traced"] for e in found["objects"])
+    focal = 50 / 36 / 12  # a ball of radius 1, as a circle on the film
+    assert glass["coverage"] == pytest.approx(3.1416 * focal**2 * 320 / 180, rel=0.1)
+    assert glass["seconds"] > mirror["seconds"] > 0
+    assert "an estimate for 320 x 180 with 16 samples" in found["basis"]
+
+
+def test_the_estimate_is_the_rays_of_the_render(row):
+    """The coarse picture's rays, scaled up, are those of the whole one."""
+    for entry in hybrid.advise(row)["objects"]:
+        row.objects[entry["object"]].hybrid.ray_traced = True
+    expected = sum(entry["rays"] for entry in hybrid.advise(row)["objects"])
+    row.hybrid.mode = "FULL"
+    for name in ("Matte", "Floor"):
+        row.objects[name].visible_camera = False
+    rays = hybrid.render(row).report["rays"]
+    followed = rays["camera"] - 0 + rays["reflected"] + rays["refracted"]
+    camera = 320 * 180 * 16
+    seen = sum(entry["coverage"] for entry in hybrid.advise(row)["objects"]) * camera
+    assert expected == pytest.approx(followed - camera + seen, rel=0.1)
+
+
+def test_the_list_and_one_click(row):
+    assert bpy.ops.hybrid.advise() == {"FINISHED"}
+    rows = bpy.context.window_manager.hybrid_advice.rows
+    assert [entry.name for entry in rows] == ["Glass", "Mirror"]
+    assert bpy.ops.hybrid.flag_advised() == {"FINISHED"}
+    assert [ob.name for ob in row.objects if ob.hybrid.ray_traced] == ["Glass", "Mirror"]
+    row.objects["Floor"].hybrid.ray_traced = True  # for no reason
+    bpy.ops.hybrid.advise()
+    assert {entry.name: entry.why for entry in rows}["Floor"] == "nothing that EEVEE cannot draw"
+
+
+def test_instances_are_advised_by_their_instancer(row):
+    collection = bpy.data.collections.new("Glasses")
+    collection.objects.link(row.objects["Glass"])
+    row.collection.objects.unlink(row.objects["Glass"])
+    for x in (-1, 1):
+        empty = bpy.data.objects.new(f"Show {x}", None)
+        empty.instance_type, empty.instance_collection, empty.location.x = "COLLECTION", collection, x
+        row.collection.objects.link(empty)
+    assert {e["object"] for e in hybrid.advise(row)["objects"]} == {"Show -1", "Show 1", "Mirror"}
+
+
+def test_the_command(row, tmp_path, capfd):
+    blend = tmp_path / "row.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    assert cli.main(["advise", str(blend)]) == 0
+    out = capfd.readouterr().out
+    assert "suggested   Glass: " in out and "all of them: about " in out
+    assert cli.main(["advise", str(tmp_path / "none.blend")]) == 2
