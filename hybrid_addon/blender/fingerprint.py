@@ -7,6 +7,7 @@ from typing import Any
 import bpy
 
 from . import nodes
+from .flags import shows_flagged
 
 Fingerprint = tuple[Any, ...]
 
@@ -34,7 +35,8 @@ def _layer(b_layer: bpy.types.LayerCollection | None) -> Fingerprint:
     collection = b_layer.collection
     return (
         (collection.name, b_layer.exclude, b_layer.holdout, b_layer.indirect_only, collection.hide_render),
-        tuple((ob.name, ob.hybrid.ray_traced) for ob in collection.objects),
+        collection.hybrid.ray_traced,
+        tuple((ob.name, ob.hybrid.ray_traced, shows_flagged(ob)) for ob in collection.objects),
         tuple(_layer(child) for child in b_layer.children),
     )
 

@@ -54,8 +54,15 @@ def push_undo() -> None:
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if not any(scene.hybrid.enabled or pipeline.is_trace_scene(scene) for scene in bpy.data.scenes):
         return
-    if any(isinstance(update.id, (bpy.types.Scene, bpy.types.Collection)) for update in depsgraph.updates):
+    if any(_concerns_us(update.id) for update in depsgraph.updates):
         _later()
+
+
+def _concerns_us(b_id: bpy.types.ID) -> bool:
+    """Whether the change of a datablock may change what the pipeline depends on."""
+    if isinstance(b_id, bpy.types.Object):
+        return b_id.instance_collection is not None  # it may show another collection now
+    return isinstance(b_id, (bpy.types.Scene, bpy.types.Collection))
 
 
 @persistent

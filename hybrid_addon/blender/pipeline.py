@@ -19,6 +19,7 @@ import bpy
 
 from . import nodes
 from .errors import HybridError
+from .flags import Flags
 from .layers import SOURCE_MARK, mask_layer, set_, source_layer, sync_mask_layer
 from .restore import Restore
 
@@ -87,14 +88,14 @@ def flagged_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     into our collection must not bring back what the user has switched off.
     """
     found: dict[str, bpy.types.Object] = {}
-    ours = own_collection(scene)
+    ours, flags = own_collection(scene), Flags(scene)
 
     def walk(layer_collection: bpy.types.LayerCollection) -> None:
         collection = layer_collection.collection
         if collection == ours or collection.hide_render:
             return
         if not layer_collection.exclude:
-            found.update((ob.name_full, ob) for ob in collection.objects if ob.hybrid.ray_traced)
+            found.update((ob.name_full, ob) for ob in collection.objects if flags.is_ray_traced(ob))
         for child in layer_collection.children:
             walk(child)
 
@@ -125,6 +126,12 @@ def disable(scene: bpy.types.Scene) -> None:
 def object_changed(b_object: bpy.types.Object) -> None:
     """A ray traced flag changed: bring every scene that shows the object in step."""
     for scene in b_object.users_scene:
+        scene_changed(scene)
+
+
+def collection_changed() -> None:
+    """A collection's flag changed: it may be in any scene, or shown in one."""
+    for scene in _own_scenes():
         scene_changed(scene)
 
 

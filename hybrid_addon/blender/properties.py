@@ -3,7 +3,7 @@
 # No `from __future__ import annotations` here: Blender reads the properties from the annotations themselves.
 
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
-from bpy.types import Context, Object, PropertyGroup, Scene
+from bpy.types import Collection, Context, Material, Object, PropertyGroup, Scene
 
 from . import pipeline, preview
 
@@ -12,7 +12,11 @@ def _flag_changed(settings: "HybridObjectSettings", _context: Context) -> None:
     pipeline.object_changed(settings.id_data)
 
 
-def _value_changed(settings: "HybridObjectSettings", _context: Context) -> None:
+def _collection_changed(_settings: "HybridCollectionSettings", _context: Context) -> None:
+    pipeline.collection_changed()
+
+
+def _value_changed(settings: "HybridObjectSettings | HybridMaterialSettings", _context: Context) -> None:
     settings.surface = "CUSTOM"  # whoever moves a slider, or sets a value from Python, means it
 
 
@@ -24,26 +28,9 @@ def _preview_changed(_settings: "HybridSceneSettings", _context: Context) -> Non
     preview.setting_changed()
 
 
-class HybridObjectSettings(PropertyGroup):
-    """`Object.hybrid`: whether the object is ray traced, and how its surface answers light."""
+class SurfaceValues:
+    """The three numbers that an object or a material may have of its own. Blender finds them in base classes, too."""
 
-    ray_traced: BoolProperty(  # type: ignore[valid-type]
-        name="Ray Traced",
-        description="Draw this object with the ray tracer; EEVEE draws everything else",
-        default=False,
-        options=set(),  # not animatable: a view layer's holdout cannot change between frames
-        override={"LIBRARY_OVERRIDABLE"},
-        update=_flag_changed,
-    )
-    surface: EnumProperty(  # type: ignore[valid-type]
-        name="Surface",
-        description="Where reflectivity, opacity and IOR come from",
-        items=(
-            ("MATERIAL", "From Material", "Read them from the object's materials (metallic, transmission, alpha, IOR)"),
-            ("CUSTOM", "Custom", "Use the values below instead of the materials'"),
-        ),
-        default="MATERIAL",
-    )
     reflectivity: FloatProperty(  # type: ignore[valid-type]
         name="Reflectivity",
         description="Share of the light that is mirrored: 0 none, 1 a perfect mirror",
@@ -74,6 +61,28 @@ class HybridObjectSettings(PropertyGroup):
         update=_value_changed,
     )
 
+
+class HybridObjectSettings(SurfaceValues, PropertyGroup):
+    """`Object.hybrid`: whether the object is ray traced, and how its surface answers light."""
+
+    ray_traced: BoolProperty(  # type: ignore[valid-type]
+        name="Ray Traced",
+        description="Draw this object with the ray tracer; EEVEE draws everything else",
+        default=False,
+        options=set(),  # not animatable: a view layer's holdout cannot change between frames
+        override={"LIBRARY_OVERRIDABLE"},
+        update=_flag_changed,
+    )
+    surface: EnumProperty(  # type: ignore[valid-type]
+        name="Surface",
+        description="Where reflectivity, opacity and IOR come from",
+        items=(
+            ("MATERIAL", "From Material", "Read them from the object's materials (metallic, transmission, alpha, IOR)"),
+            ("CUSTOM", "Custom", "Use the values below instead of the materials'"),
+        ),
+        default="MATERIAL",
+    )
+
     @classmethod
     def register(cls) -> None:
         """Attach to bpy.types.Object."""
@@ -83,6 +92,53 @@ class HybridObjectSettings(PropertyGroup):
     def unregister(cls) -> None:
         """Detach again."""
         del Object.hybrid
+
+
+class HybridMaterialSettings(SurfaceValues, PropertyGroup):
+    """`Material.hybrid`: how this material answers light where it is ray traced, slot by slot."""
+
+    surface: EnumProperty(  # type: ignore[valid-type]
+        name="Surface",
+        description="Where reflectivity, opacity and IOR of this material come from",
+        items=(
+            ("MATERIAL", "From Nodes", "Read them from the shader nodes (metallic, transmission, alpha, IOR)"),
+            ("CUSTOM", "Custom", "Use the values below instead of the nodes'; an object's own Custom wins over them"),
+        ),
+        default="MATERIAL",
+    )
+
+    @classmethod
+    def register(cls) -> None:
+        """Attach to bpy.types.Material."""
+        Material.hybrid = PointerProperty(name="Hybrid", description="Hybrid ray tracing", type=cls)
+
+    @classmethod
+    def unregister(cls) -> None:
+        """Detach again."""
+        del Material.hybrid
+
+
+class HybridCollectionSettings(PropertyGroup):
+    """`Collection.hybrid`: whether all its objects are ray traced."""
+
+    ray_traced: BoolProperty(  # type: ignore[valid-type]
+        name="Ray Traced",
+        description="Draw all objects in this collection, in those below it, and its instances with the ray tracer",
+        default=False,
+        options=set(),  # as for objects
+        override={"LIBRARY_OVERRIDABLE"},
+        update=_collection_changed,
+    )
+
+    @classmethod
+    def register(cls) -> None:
+        """Attach to bpy.types.Collection."""
+        Collection.hybrid = PointerProperty(name="Hybrid", description="Hybrid ray tracing", type=cls)
+
+    @classmethod
+    def unregister(cls) -> None:
+        """Detach again."""
+        del Collection.hybrid
 
 
 class HybridSceneSettings(PropertyGroup):
@@ -196,4 +252,4 @@ class HybridSceneSettings(PropertyGroup):
         del Scene.hybrid
 
 
-CLASSES = (HybridObjectSettings, HybridSceneSettings)
+CLASSES = (HybridObjectSettings, HybridMaterialSettings, HybridCollectionSettings, HybridSceneSettings)

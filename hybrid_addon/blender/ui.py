@@ -1,4 +1,4 @@
-"""Panels: Properties > Object > Ray Tracing, and Properties > Render > Hybrid."""
+"""Panels: Ray Tracing of objects, materials, collections; Hybrid of the scene; and entries in Blender's menus."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import bpy
 from ..report.frame import summary
 from . import pipeline, preview, results
 from .api import GEOMETRY
+from .flags import Flags
 
 COMPAT_ENGINES = {"BLENDER_EEVEE", "BLENDER_EEVEE_NEXT"}
 
@@ -46,17 +47,75 @@ class HYBRID_OBJECT_PT_settings(bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         settings = context.object.hybrid
-        layout.active = settings.ray_traced
-        layout.prop(settings, "surface")
-        column = layout.column()
-        column.active = settings.surface == "CUSTOM"
-        column.prop(settings, "reflectivity")
-        column.prop(settings, "opacity")
-        column.prop(settings, "ior")
-        if settings.ray_traced and not context.scene.hybrid.enabled:
+        ray_traced = Flags(context.scene).is_ray_traced(context.object)
+        layout.active = ray_traced
+        _draw_surface(layout, settings)
+        if ray_traced and not settings.ray_traced:
+            layout.label(text="Ray traced by its collection", icon="OUTLINER_COLLECTION")
+        if ray_traced and not context.scene.hybrid.enabled:
             row = layout.row()
             row.label(text="Hybrid is off in this scene", icon="INFO")
             row.prop(context.scene.hybrid, "enabled", text="Enable", toggle=True)
+
+
+class HYBRID_MATERIAL_PT_settings(bpy.types.Panel):
+    bl_label = "Ray Tracing"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "material"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.engine in COMPAT_ENGINES and context.material is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        _draw_surface(layout, context.material.hybrid)
+        if context.object is not None and context.object.hybrid.surface == "CUSTOM":
+            layout.label(text="The object's own Custom values are used", icon="INFO")
+
+
+class HYBRID_COLLECTION_PT_settings(bpy.types.Panel):
+    bl_label = "Ray Tracing"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "collection"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.engine in COMPAT_ENGINES and context.collection is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(context.collection.hybrid, "ray_traced")
+
+
+def _draw_surface(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
+    """Where the values come from, and the values."""
+    layout.prop(settings, "surface")
+    column = layout.column()
+    column.active = settings.surface == "CUSTOM"
+    for name in ("reflectivity", "opacity", "ior"):
+        column.prop(settings, name)
+
+
+class HYBRID_MT_object(bpy.types.Menu):
+    bl_label = "Ray Tracing"
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.operator("hybrid.ray_traced_set", text="Set Ray Traced").ray_traced = True
+        layout.operator("hybrid.ray_traced_set", text="Clear Ray Traced").ray_traced = False
+        layout.operator("hybrid.clear_all")
+        layout.separator()
+        layout.operator_menu_enum("hybrid.surface_preset", "preset", text="Surface Preset")
+        layout.operator("hybrid.copy_to_selected")
+        layout.separator()
+        layout.operator("hybrid.select_ray_traced")
+        layout.operator("hybrid.advise")
 
 
 class HYBRID_RENDER_PT_settings(bpy.types.Panel):
@@ -105,7 +164,15 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
                 column.label(text=line)
 
 
-CLASSES = (HYBRID_MT_surface_presets, HYBRID_MT_quality_presets, HYBRID_OBJECT_PT_settings, HYBRID_RENDER_PT_settings)
+CLASSES = (
+    HYBRID_MT_surface_presets,
+    HYBRID_MT_quality_presets,
+    HYBRID_MT_object,
+    HYBRID_OBJECT_PT_settings,
+    HYBRID_MATERIAL_PT_settings,
+    HYBRID_COLLECTION_PT_settings,
+    HYBRID_RENDER_PT_settings,
+)
 
 
 def _draw_view3d_header(self: bpy.types.Header, context: bpy.types.Context) -> None:
@@ -119,11 +186,31 @@ def _draw_view3d_header(self: bpy.types.Header, context: bpy.types.Context) -> N
         row.label(text=preview.status(context))
 
 
+def _draw_object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.separator()
+    self.layout.menu("HYBRID_MT_object")
+
+
+def _draw_collection_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.separator()
+    self.layout.operator("hybrid.collection_toggle")
+
+
+_EXTENDED = {
+    "VIEW3D_HT_header": _draw_view3d_header,
+    "VIEW3D_MT_object": _draw_object_menu,
+    "OUTLINER_MT_object": _draw_object_menu,
+    "OUTLINER_MT_collection": _draw_collection_menu,
+}
+
+
 def register() -> None:
-    """Add what is shown in Blender's own headers."""
-    bpy.types.VIEW3D_HT_header.append(_draw_view3d_header)
+    """Add what is shown in Blender's own headers and menus."""
+    for name, draw in _EXTENDED.items():
+        getattr(bpy.types, name).append(draw)
 
 
 def unregister() -> None:
     """Take it away again."""
-    bpy.types.VIEW3D_HT_header.remove(_draw_view3d_header)
+    for name, draw in _EXTENDED.items():
+        getattr(bpy.types, name).remove(draw)

@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 
 from ...presets import QUALITY
-from .. import api, handoff, images
+from .. import api, flags, handoff, images
 from ..errors import HybridError
 from . import batch, frames
 from .common import Verbs, check_outputs, number, open_file, picture, resolution, say
@@ -152,12 +152,12 @@ def _mark(scene: bpy.types.Scene, arguments: argparse.Namespace) -> None:
     values = {name: getattr(arguments, name) for name in ("reflectivity", "opacity", "ior")}
     own = {b_object.name: b_object for b_object in scene.objects}
     if arguments.ray_traced:
-        for b_object in scene.objects:
-            b_object.hybrid.ray_traced = False
+        flags.clear(scene)
         chosen = [batch.find(own, name, "object", f"scene '{scene.name}'") for name in arguments.ray_traced]
     else:
         given = any(value is not None for value in values.values())
-        chosen = [ob for ob in scene.objects if ob.hybrid.ray_traced] if given else []
+        flagged = flags.Flags(scene)
+        chosen = [ob for ob in scene.objects if flagged.is_ray_traced(ob)] if given else []
         if given and not chosen:
             raise HybridError("no object is ray traced: name some with --ray-traced")
     for b_object in chosen:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import bpy
 
 from ...scene import Camera, Scene
+from ..flags import Flags
 from .camera import Size, Window, translate_camera
 from .image import Images
 from .light import Falloff, LightContext
@@ -68,7 +69,7 @@ def translate(
     images = Images(warn)
     world = translate_world(b_depsgraph, b_scene, images, warn)
     surfaces = Surfaces(images, warn)
-    objects = Objects(surfaces, LightContext(light_falloff, b_scene.eevee.light_threshold), warn)
+    objects = Objects(surfaces, LightContext(light_falloff, b_scene.eevee.light_threshold), Flags(b_scene), warn)
     objects.add_all(b_depsgraph)
     scene = Scene(
         camera=camera,

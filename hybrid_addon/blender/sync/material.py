@@ -1,9 +1,10 @@
 """Blender's materials, and the artist's Custom settings of an object, -> scene.Surface.
 
-The rule for Custom: reflectivity, opacity and IOR of *all* the object's materials are replaced; base colour, image,
-emission and roughness stay. The tints stay, too, and a material has one only for what it does itself: mirrored light is
-tinted by the base colour of a *metallic* material, and passing light by that of a *transmissive* one, else by nothing.
-So a grey object set to a perfect mirror mirrors without loss, set to opacity 0 it is clear glass, and gold stays gold.
+The rule for Custom: a material's own numbers replace reflectivity, opacity and IOR of its nodes; an object's own
+replace those of *all* its materials. Base colour, image, emission and roughness stay. The tints stay, too, and a
+material has one only for what it does itself: mirrored light is tinted by the base colour of a *metallic* material, and
+passing light by that of a *transmissive* one, else by nothing. So a grey object set to a perfect mirror mirrors without
+loss, set to opacity 0 it is clear glass, and gold stays gold.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from ...scene import Surface
 from .image import Images
 from .messages import Warnings
 from .nodes import Node, active_output, uses_nodes
-from .settings import CustomSurface
+from .settings import CustomSurface, custom_surface
 from .shaders import surface_from
 from .texture import NodeReader
 
@@ -39,7 +40,7 @@ class Surfaces:
         key = (b_material.name_full if b_material else "", custom)
         if key not in self._index:
             self._index[key] = len(self.surfaces)
-            self.surfaces.append(customised(self._of_material(b_material), custom))
+            self.surfaces.append(customised(self._of_material(b_material), custom or custom_surface(b_material)))
         return self._index[key]
 
     def _of_material(self, b_material: bpy.types.Material | None) -> Surface:

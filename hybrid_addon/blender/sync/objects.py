@@ -13,11 +13,12 @@ import bpy
 import numpy as np
 
 from ...scene import Float64, Instance, Light, TriangleMesh, Visibility
+from ..flags import Flags
 from .light import LightContext, translate_light
 from .material import Surfaces
 from .mesh import translate_mesh
 from .messages import Warnings
-from .settings import ObjectSettings, instance_settings, object_settings
+from .settings import ObjectSettings, instance_settings
 
 VISIBLE_BUT_NOT_TRACED = {
     "VOLUME": "volumes are",
@@ -32,9 +33,10 @@ MeshKey = tuple[int, frozenset[str]]
 class Objects:
     """Fills meshes, instances and lights from the depsgraph's instances, one after the other."""
 
-    def __init__(self, surfaces: Surfaces, light_context: LightContext, warn: Warnings) -> None:
+    def __init__(self, surfaces: Surfaces, light_context: LightContext, flags: Flags, warn: Warnings) -> None:
         self._surfaces = surfaces
         self._light_context = light_context
+        self._flags = flags
         self._warn = warn
         self._mesh_index: dict[MeshKey, int | None] = {}
         self.meshes: list[TriangleMesh] = []
@@ -69,7 +71,7 @@ class Objects:
         b_object = b_instance.object
         if not _has_faces(b_object.data):
             return
-        settings = instance_settings(b_instance)
+        settings = instance_settings(b_instance, self._flags)
         surfaces = self._surfaces_of(b_object, settings)
         mesh = self._mesh_of(b_object, surfaces)
         if mesh is None:
@@ -127,7 +129,7 @@ class Objects:
             self._warn.add(f"object {b_object.name!r}: Holdout is not traced; it is solid in reflections")
 
     def _warn_of_instancer(self, b_instance: bpy.types.DepsgraphObjectInstance, settings: ObjectSettings) -> None:
-        if object_settings(b_instance.object).ray_traced and not settings.ray_traced:
+        if self._flags.is_ray_traced(b_instance.object) and not settings.ray_traced:
             shown, by = b_instance.object.name, b_instance.parent.name
             self._warn.add(f"object {shown!r}: shown by {by!r}, which is not ray traced: tick {by!r} instead")
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import bpy
 
+from ..flags import Flags
+
 
 @dataclass(frozen=True)
 class CustomSurface:
@@ -24,28 +26,27 @@ class ObjectSettings:
     custom: CustomSurface | None = None
 
 
-def instance_settings(b_instance: bpy.types.DepsgraphObjectInstance) -> ObjectSettings:
+def instance_settings(b_instance: bpy.types.DepsgraphObjectInstance, flags: Flags) -> ObjectSettings:
     """Of one appearance. Whether it is ray traced its instancer decides, as it decides what EEVEE holds out.
 
     The surface is the object's own where it is flagged itself, else the instancer's.
     """
-    own = object_settings(b_instance.object)
+    own = object_settings(b_instance.object, flags)
     if b_instance.parent is None:
         return own
-    instancer = object_settings(b_instance.parent)
+    instancer = object_settings(b_instance.parent, flags)
     custom = own.custom if own.ray_traced or not instancer.ray_traced else instancer.custom
     return ObjectSettings(instancer.ray_traced, custom)
 
 
-def object_settings(b_object: bpy.types.Object) -> ObjectSettings:
+def object_settings(b_object: bpy.types.Object, flags: Flags) -> ObjectSettings:
     """Of an evaluated object, so with animated values."""
-    b_hybrid = getattr(b_object, "hybrid", None)
-    if b_hybrid is None:
-        return ObjectSettings()
-    return ObjectSettings(ray_traced=b_hybrid.ray_traced, custom=_custom(b_hybrid))
+    return ObjectSettings(ray_traced=flags.is_ray_traced(b_object), custom=custom_surface(b_object))
 
 
-def _custom(b_hybrid: bpy.types.PropertyGroup) -> CustomSurface | None:
-    if b_hybrid.surface != "CUSTOM":
+def custom_surface(b_id: bpy.types.Object | bpy.types.Material | None) -> CustomSurface | None:
+    """The numbers of an evaluated object or material that stand in for those of its nodes, if it has any."""
+    b_hybrid = getattr(b_id, "hybrid", None)
+    if b_hybrid is None or b_hybrid.surface != "CUSTOM":
         return None
     return CustomSurface(b_hybrid.reflectivity, b_hybrid.opacity, b_hybrid.ior)

@@ -1,0 +1,51 @@
+"""Which objects are ray traced: by their own flag, or by that of a collection that they are in, or that they show.
+
+The pipeline (what EEVEE holds out) and the translator (what camera rays see) both ask here: they must never differ.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+
+class Flags:
+    """The flags of one scene as it stands."""
+
+    def __init__(self, scene: bpy.types.Scene) -> None:
+        scene = scene.original
+        self._by_collection = {
+            ob for collection in flagged_collections(scene) for ob in collection.all_objects
+        }  # with all that lies in collections below
+
+    def is_ray_traced(self, b_object: bpy.types.Object) -> bool:
+        """Of an object of the scene, original or evaluated."""
+        b_object = b_object.original
+        hybrid = getattr(b_object, "hybrid", None)  # the translator also works without the add-on
+        if hybrid is None:
+            return False
+        return hybrid.ray_traced or b_object in self._by_collection or shows_flagged(b_object)
+
+
+def flagged_collections(scene: bpy.types.Scene) -> list[bpy.types.Collection]:
+    """The scene's collections that make their objects ray traced."""
+    everything = [scene.collection, *scene.collection.children_recursive]
+    return [c for c in everything if getattr(c, "hybrid", None) is not None and c.hybrid.ray_traced]
+
+
+def shows_flagged(b_object: bpy.types.Object) -> bool:
+    """Whether the object instances a collection that is flagged: what it shows is then ray traced."""
+    shown = b_object.instance_collection if b_object.instance_type == "COLLECTION" else None
+    return shown is not None and shown.hybrid.ray_traced
+
+
+def clear(scene: bpy.types.Scene) -> None:
+    """Nothing of the scene is ray traced any more. Linked data keeps its flags: its own file says so."""
+    for collection in flagged_collections(scene):
+        if collection.library is None:
+            collection.hybrid.ray_traced = False
+    for b_object in scene.objects:
+        if b_object.hybrid.ray_traced and b_object.library is None:
+            b_object.hybrid.ray_traced = False
+        shown = b_object.instance_collection
+        if shown is not None and shown.library is None and shown.hybrid.ray_traced:
+            shown.hybrid.ray_traced = False
