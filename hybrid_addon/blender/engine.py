@@ -17,7 +17,7 @@ import numpy as np
 
 from ..report.frame import frame_report
 from ..scene import Film, Float32, Settings
-from . import images, layers, pipeline, results
+from . import abort, images, layers, pipeline, results
 from .errors import HybridError
 
 Progress = Callable[[str, float], bool]
@@ -68,6 +68,9 @@ class HybridTracer(bpy.types.RenderEngine):
             pass
         except (ValueError, MemoryError) as error:  # our checks, the translator's and the tracer's: one line each
             self._fail(scene.name, str(error) or "not enough memory: lower the resolution or the samples")
+        except Exception:  # a bug of ours: Blender prints it
+            abort.plain_render()
+            raise
         finally:
             self.end_result(target, cancel=not delivered)
 
@@ -83,6 +86,7 @@ class HybridTracer(bpy.types.RenderEngine):
         results.errors[scene] = message
         self.report({"ERROR"}, f"Hybrid: {message}")
         self.error_set(f"Hybrid: {message}")
+        abort.plain_render()
 
 
 def trace_frame(

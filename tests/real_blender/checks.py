@@ -156,6 +156,21 @@ def test_bad_input_is_named_in_one_line(blender: Blender, folder: Path) -> None:
     assert not (folder / "none.png").exists()
 
 
+@pytest.mark.parametrize("how", [["-f", "1"], ["-s", "1", "-e", "3", "-a"]])
+def test_a_failure_leaves_no_picture_and_an_exit_code(
+    blender: Blender, folder: Path, scene: Path, how: list[str]
+) -> None:
+    """EEVEE's half with a hole in it, and exit code 0, is what a farm would take for a picture."""
+    output = folder / "failed"
+    output.mkdir(exist_ok=True)
+    spoil = "import bpy; bpy.context.scene.camera.data.type = 'PANO'; print('TEMPORARY', bpy.app.tempdir)"
+    printed = blender("-b", scene, "--python-expr", spoil, "-o", output / "f_####", "-F", "PNG", *how, code=1)
+    assert printed.count("Hybrid: ") == 1, printed
+    assert not list(output.iterdir())
+    (temporary,) = re.findall(r"^TEMPORARY (.+)$", printed, re.M)
+    assert not Path(temporary).exists()
+
+
 def test_an_animation_moves_in_both_halves(blender: Blender, folder: Path, scene: Path, still: Path,
                                            command_line: Path) -> None:  # fmt: skip
     """`-a` over three frames: the cube moves in EEVEE's half, and its reflection moves in the ball, which stands."""
