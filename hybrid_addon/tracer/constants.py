@@ -41,6 +41,13 @@ a tilted ground, 20 km wide, every shadow ray of the ground missed it.
 GRADING = 2.0
 """Split towards an object: an edge stays whole if it is shorter than so many times its distance from the object."""
 
+SMALLEST_EDGE = 2.0**-4
+"""But no edge is split that is shorter than this share of its own largest coordinate.
+
+The middle of an edge is rounded to float32: shorter parts would fold the plane by more than a millionth, which tangent
+rays meet, and Embree's error over such an edge is already far less than the rounding of its ends.
+"""
+
 MAX_SMALL_OBJECTS = 64
 """Large triangles are split towards at most so many flagged objects, the smallest."""
 

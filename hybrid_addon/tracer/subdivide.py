@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
-from .constants import GRADING, LARGE_TRIANGLE, MAX_SMALL_OBJECTS, MAX_SPLITS
+from .constants import GRADING, LARGE_TRIANGLE, MAX_SMALL_OBJECTS, MAX_SPLITS, SMALLEST_EDGE
 from .soup import Soup, facets_of
 from .vectors import Array
 
@@ -93,6 +93,7 @@ class _Splitter:
         for x, y, z, diameter in self.objects:
             limit = np.maximum((LARGE_TRIANGLE * diameter) ** 2, GRADING**2 * _squared_distance(a, b, (x, y, z)))
             too_long |= squared > limit
+        too_long &= squared > (SMALLEST_EDGE * np.maximum(np.abs(a), np.abs(b)).max(axis=2)) ** 2
         return np.where(too_long.any(axis=1), np.argmax(np.where(too_long, squared, 0), axis=1), -1)
 
     def _assemble(self, parent: Numbers, values: Float32) -> Soup:

@@ -62,7 +62,51 @@ def test_shadow_rays_of_a_huge_ground_find_a_tiny_ball(build, width):
     away = (up[:, None] + rng.normal(size=(3, 100_000)) * 0.1).astype(np.float32)
     only_ground = PrimitiveSet(g, ~g.ray_traced)
     again = only_ground.nearest(origin, away / np.sqrt((away * away).sum(0)), Tally())
-    assert np.count_nonzero(again.prim >= 0) <= 1e-4 * 100_000
+    assert np.count_nonzero(again.prim >= 0) == 0
+
+
+RAYS = 1_000_000  # for each setting: 25 a hit, one half up from above the ground, one up from below it
+HITS = RAYS // 2 // 25
+
+
+@pytest.mark.parametrize(
+    ("scale", "offset"),
+    [(1e-4, 0), (1e-2, 0), (1, 0), (1e2, 0), (1e4, 0), (1e7, 0), (1, 1), (1, 1e2), (1, 1e4), (0.1, 1e2), (1e2, 1e4)],
+    ids=lambda v: f"{v:g}",
+)
+def test_no_self_hit_and_no_leak_of_a_ground_in_a_million(build, scale, offset):
+    """A tilted ground with a 2 mm ball on it, times scale; a second ball keeps the centre `offset` away."""
+    rng = np.random.default_rng(2)
+    m, width, radius = tilt(), 10 * scale + 3 * offset, RADIUS * scale
+    ground = build.quad([(-width, -0.7 * width, 0), (0.9 * width, -0.7 * width, 0), (0, width, 0), (-width, width, 0)])
+    feet = [m[:3, :3] @ np.multiply((0.6, -0.3, 0), way * offset) for way in ((1, -1) if offset else (1,))]
+    balls = []
+    for foot in feet:
+        place = m.copy()
+        place[:3, 3] = foot + m[:3, 2] * radius * 1.02
+        balls.append((build.icosphere(2, radius), build.matte(), {"matrix": place}))
+    s = build.scene((ground, build.matte(), {"matrix": m, "ray_traced": False}), *balls)
+    g = flatten(s, [None] * len(s.surfaces))
+    assert g.split > 10
+    only_ground = PrimitiveSet(g, ~g.ray_traced)
+    away = radius * 10 ** rng.uniform(-1, 3, HITS)  # from the foot of the ball to far away
+    angle = rng.uniform(0, 2 * np.pi, HITS)
+    point = (feet[0] - g.center)[:, None] + m[:3, :2] @ (away * np.stack([np.cos(angle), np.sin(angle)]))
+    down = np.broadcast_to(-m[:3, 2:3], point.shape).astype(np.float32)
+    start = (point + m[:3, 2:3] * np.maximum(radius, 1e-3 * offset)).astype(np.float32)
+    hits = only_ground.nearest(start, down, Tally())
+    p, extent = start + hits.t * down, g.extent[hits.prim]
+    gap = origin_offset(p.astype(np.float32), extent)
+    outer, inner = offset_origin(p, hits.normal, gap), offset_origin(p, hits.normal, -gap)
+    tally, self_hits, leaks = Tally(), 0, 0
+    for _ in range(25):
+        side = np.cross(hits.normal, rng.normal(size=(3, HITS)), axis=0)
+        side /= np.sqrt((side * side).sum(0))
+        cos = np.where(np.arange(HITS) % 3 == 0, 10 ** rng.uniform(-4, -1, HITS), rng.random(HITS))
+        w = (cos * hits.normal + np.sqrt(1 - cos * cos) * side).astype(np.float32)
+        self_hits += np.count_nonzero(only_ground.nearest(outer, w, tally).prim >= 0)
+        leaks += np.count_nonzero(only_ground.nearest(inner, w, tally).prim < 0)
+    assert (self_hits, leaks, tally.counts["self_hits"]) == (0, 0, 0)
 
 
 def seen_from_below(g, up, ball, n):
