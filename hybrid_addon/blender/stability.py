@@ -205,7 +205,11 @@ def _() -> Measured:
 
 
 @THEME.case(
-    35, "edit-hide-show", "move, hide, show, delete and make again, in one scene", "as in a new scene, bit by bit", 0
+    35,
+    "edit-hide-show",
+    "move, hide, show, flag and unflag, delete and make again, in one scene",
+    "as in a new scene, bit by bit",
+    0,
 )
 def _() -> Measured:
     with playground() as b_scene:
@@ -217,12 +221,16 @@ def _() -> Measured:
         hidden = seen(b_scene)
         b_thing.hide_render = b_thing.hide_viewport = False
         shown = seen(b_scene)
+        b_thing.hybrid.ray_traced, b_thing.hybrid.surface, b_thing.hybrid.reflectivity = True, "CUSTOM", 1.0
+        flagged = seen(b_scene)
+        b_thing.hybrid.ray_traced, b_thing.hybrid.surface = False, "MATERIAL"
+        unflagged = seen(b_scene)
         bpy.data.objects.remove(b_thing)
         add_mesh(b_scene)
         again = seen(b_scene)
-    if films_differ(moved, first) == 0 or np.max(hidden.radiance) == np.max(first.radiance):
+    if np.max(hidden.radiance) == np.max(first.radiance) or not all(films_differ(f, first) for f in (moved, flagged)):
         return Measured(np.nan, "an edit does not show")
-    return Measured(max(films_differ(shown, first), films_differ(again, first)))
+    return Measured(max(films_differ(film, first) for film in (shown, unflagged, again)))
 
 
 @THEME.case(

@@ -5,8 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hybrid_addon.scene import Settings, World
-from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.geometry import flatten
 from hybrid_addon.tracer.interaction import interact
 from hybrid_addon.tracer.primitives import PrimitiveSet
@@ -72,21 +70,3 @@ def test_no_self_hit_and_no_leak_in_a_million(build, scale, offset):
             leaks += np.count_nonzero(bodies.nearest(inner, -w, tally).prim < 0)
             assert not tally.counts["self_hits"]
         assert (self_hits, leaks) == (0, 0)
-
-
-def test_a_percent_of_bad_vertices_costs_no_time(build):
-    ball = build.icosphere(6)
-    holed = ball.vertices.copy()
-    holed[np.random.default_rng(0).choice(len(holed), len(holed) // 100, replace=False)] = np.nan
-    settings = Settings(samples=4, see="ALL", threads=1, max_depth=4)
-
-    def seconds(mesh):
-        s = build.scene(
-            (mesh, build.mirror(0.5)), world=World((1, 1, 1)), camera=build.camera(size=(96, 96), half=0.25)
-        )
-        film = trace(s, settings)
-        assert np.isfinite(film.radiance).all()
-        return film.time["total"]["wall"]
-
-    clean = min(seconds(ball) for _ in range(2))
-    assert min(seconds(replace(ball, vertices=holed)) for _ in range(2)) <= 2.5 * clean
