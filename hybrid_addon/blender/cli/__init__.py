@@ -13,12 +13,12 @@ from collections.abc import Sequence
 import bpy
 
 from ..errors import HybridError
-from . import advise, plan, render, stability
+from . import advise, plan, render, report, stability
 from .common import COMMAND, Parser, resolution, say
 
 __all__ = ["main", "register", "resolution", "unregister"]
 
-VERBS = (render, advise, plan, stability)
+VERBS = (render, advise, plan, report, stability)
 _handle: object | None = None
 
 

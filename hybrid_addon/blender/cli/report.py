@@ -1,0 +1,53 @@
+"""`hybrid report`: error against run time for one .blend."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..errors import HybridError
+from .common import Verbs, check_outputs, number, open_file, resolution, say
+
+
+def add(verbs: Verbs) -> None:
+    """Add the verb to the parser."""
+    report = verbs.add_parser("report", help="measure error against run time for this scene: one page, and JSON")
+    report.set_defaults(verb=_report)
+    report.add_argument("file", type=Path, metavar="FILE")
+    report.add_argument("--output", type=Path, required=True, metavar="DIR", help="for report.html and report.json")
+    report.add_argument("--mode", choices=("hybrid", "full"), help="default: the file's own")
+    report.add_argument("--resolution", type=resolution, metavar="WxH", help="default: the file's, made smaller")
+    report.add_argument("--threads", type=number(0, 1024, int), metavar="N", help="0: all cores")
+    whole, share = number(0, 1024, int), number(0, 1)
+    report.add_argument("--samples", nargs="+", type=number(1, 65536, int), metavar="N", help="to measure")
+    report.add_argument("--max-depth", nargs="+", type=whole, metavar="N", help="bounces to measure")
+    report.add_argument("--cutoff", nargs="+", type=share, metavar="X", help="to measure")
+    report.add_argument("--adaptive", nargs="+", type=number(0, 0.99), metavar="X", help="to measure")
+    report.add_argument(
+        "--reference-samples", type=number(2, 65536, int), metavar="N", help="of what everything is compared with"
+    )
+    report.add_argument("--repeats", type=number(1, 100, int), metavar="N", help="timed runs of each setting")
+    report.add_argument(
+        "--cycles", nargs="*", type=number(1, 65536, int), default=(1, 4, 16, 64, 256), metavar="N",
+        help="Cycles' samples to measure; none: leave Cycles out",
+    )  # fmt: skip
+
+
+def _report(arguments: argparse.Namespace) -> None:
+    from .. import report  # it imports the tracer: a missing library must not keep Blender from loading the add-on
+
+    lists = ("samples", "max_depth", "cutoff", "adaptive")
+    given = {name: tuple(dict.fromkeys(getattr(arguments, name) or ())) for name in lists}
+    single = {name: getattr(arguments, name) for name in ("reference_samples", "repeats")}
+    axes = report.Axes(**{name: value for name, value in {**given, **single}.items() if value})
+    if not arguments.file.is_file():
+        raise HybridError(f"no file '{arguments.file}'")  # before a folder is made for it
+    scene = open_file(arguments.file)
+    check_outputs([], arguments.output)
+    if arguments.threads is not None:
+        scene.hybrid.threads = arguments.threads
+    written = report.write(
+        scene, arguments.output, axes, mode=arguments.mode, resolution=arguments.resolution,
+        cycles_samples=arguments.cycles, say=say,
+    )  # fmt: skip
+    say(f"{written} and report.json")

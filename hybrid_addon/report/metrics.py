@@ -1,0 +1,75 @@
+"""How far a picture is from a reference: linear radiance, float64, over a region of pixels."""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float32, Float64
+
+Bools = NDArray[np.bool_]
+Picture = Float32 | Float64
+
+RELATIVE_FLOOR = 0.01
+"""Added to the squared reference in relMSE, so that black has a relative error too. tev's value (tev, Colors.h)."""
+
+
+def error(picture: Picture, reference: Picture, region: Bools) -> dict[str, float | int | None]:
+    """Errors of a picture (h, w, 3) over the pixels of a region (h, w); each channel counts as a value.
+
+    rmse, mae, bias (mean signed), p999 (99.9th percentile of the absolute error), max: in the unit of the picture.
+    relmse_tev: mean of d^2 / (reference^2 + 0.01), dimensionless. All None for an empty region. Values that are not
+    finite are counted and left out of the others.
+    """
+    d = picture[region].astype(np.float64) - reference[region]
+    finite = np.isfinite(d)
+    result: dict[str, float | int | None] = {
+        "pixels": int(np.count_nonzero(region)),
+        "nonfinite": int(np.count_nonzero(~finite)),
+    }
+    relative = np.square(d) / (np.square(reference[region].astype(np.float64)) + RELATIVE_FLOOR)
+    d, relative = d[finite], relative[finite]
+    size = np.abs(d)
+    if len(d) == 0:
+        return {**result, **dict.fromkeys(("rmse", "mae", "bias", "relmse_tev", "p999", "max"))}
+    return {
+        **result,
+        "rmse": float(np.sqrt(np.mean(d * d))),
+        "mae": float(size.mean()),
+        "bias": float(d.mean()),
+        "relmse_tev": float(relative.mean()),
+        "p999": float(np.percentile(size, 99.9)),
+        "max": float(size.max()),
+    }
+
+
+def rmse(picture: Picture, reference: Picture, region: Bools) -> float:
+    """The one number of `error` that everything is plotted by; NaN for an empty region."""
+    value = error(picture, reference, region)["rmse"]
+    return float("nan") if value is None else float(value)
+
+
+def flip_library() -> ModuleType | None:
+    """NVIDIA's flip-evaluator, where it is installed."""
+    try:
+        import flip_evaluator
+    except ImportError:
+        return None
+    return flip_evaluator
+
+
+def flip(picture: Picture, reference: Picture) -> Float32 | None:
+    """FLIP's difference map (h, w), 0..1, as seen at 67 pixels a degree; None without the library.
+
+    Low dynamic range: both are clipped to 0..1 and shown through the sRGB curve. Values that are not finite would pass
+    unseen (FLIP answers .0007 for NaN): they count as white against the reference's black, or the other way round.
+    """
+    library = flip_library()
+    if library is None:
+        return None
+    shown = np.where(np.isfinite(picture), picture, np.where(reference > 0.5, 0.0, 1.0))
+    images = [np.ascontiguousarray(np.clip(image, 0, 1), np.float32) for image in (reference, shown)]
+    found = library.evaluate(*images, "LDR", inputsRGB=False, applyMagma=False, computeMeanError=False)[0]
+    return np.asarray(found, np.float32).reshape(reference.shape[:2])
