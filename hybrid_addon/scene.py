@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +77,25 @@ class Texture:
 
 
 @dataclass(frozen=True, eq=False)
+class Expression:
+    """A number or colour that varies over a surface; expressions.py has the operations and works it out at each hit.
+
+    operation : its name there: "image", "attribute", "multiply", "ramp", ...
+    inputs    : numbers, colours and expressions.
+    data      : what the operation needs besides: the Texture of an image, the key of an attribute, a ramp's table.
+    """
+
+    operation: str
+    inputs: tuple[Value, ...] = ()
+    data: Any = None
+
+
+Value = float | RGB | Expression
+Number = float | Expression
+Color = RGB | Expression
+
+
+@dataclass(frozen=True, eq=False)
 class Surface:
     """How a surface answers light (Whitted, energy conserving; README "The surface model").
 
@@ -86,6 +105,10 @@ class Surface:
     `ior`, Lt the refracted radiance tinted by `transmission_tint` at each crossing, and
     Llocal = ambient base_color E_world / pi + sum over lights (diffuse base_color / pi + Phong specular) E_light.
 
+    Numbers and colours may be constants or an `Expression`. With `layered` the surface answers as EEVEE's
+    Principled does, and r, o, F above are the shares of what lies under its layers (tracer/layers.py): sheen, then
+    coat, then the metal's or the dielectric's own reflection, whose Fresnel weight is taken from what is below it.
+
     base_color         : linear RGB albedo; replaced by `base_color_texture` where that is given (tint it by baking).
     ambient, diffuse   : weights of the world's diffuse light and of the lights' diffuse light, 0..1.
     specular           : RGB reflectance at normal incidence of the Phong highlight (0 switches it off).
@@ -94,21 +117,37 @@ class Surface:
     ior                : refractive index inside, against vacuum, > 0. Closed bodies that transmit nest: where some
                          overlap the smallest displaces the others (an air bubble in water has IOR 1). An open
                          sheet bends light once, by ior, whatever it lies in.
+    interface_tint     : tint of F Lr.
+    normal             : shading normal by a normal map or bump, or None: the mesh's.
+    edge_tint          : of a metal, at 82 degrees (F82), times `reflection_tint` at normal incidence.
+    coat, coat_*       : weight 0..1, roughness, IOR of a clear coat, and the tint it gives to what is below.
+    sheen, sheen_*     : weight, roughness and colour of the fuzz on top.
     """
 
     name: str = ""
-    base_color: RGB = (0.8, 0.8, 0.8)
+    base_color: Color = (0.8, 0.8, 0.8)
     base_color_texture: Texture | None = None
     ambient: float = 1.0
     diffuse: float = 1.0
-    specular: RGB = BLACK
-    roughness: float = 0.5
-    emission: RGB = BLACK
-    reflectivity: float = 0.0
-    reflection_tint: RGB = WHITE
-    opacity: float = 1.0
-    transmission_tint: RGB = WHITE
+    specular: Color = BLACK
+    roughness: Number = 0.5
+    emission: Color = BLACK
+    reflectivity: Number = 0.0
+    reflection_tint: Color = WHITE
+    opacity: Number = 1.0
+    transmission_tint: Color = WHITE
     ior: float = 1.45
+    interface_tint: Color = WHITE
+    normal: Expression | None = None
+    layered: bool = False
+    edge_tint: Color = WHITE
+    coat: Number = 0.0
+    coat_roughness: Number = 0.03
+    coat_ior: float = 1.5
+    coat_tint: Color = WHITE
+    sheen: Number = 0.0
+    sheen_roughness: Number = 0.5
+    sheen_tint: Color = WHITE
 
 
 # ------------------------------------------------------------------------------------------------ geometry
@@ -124,6 +163,9 @@ class TriangleMesh:
     normals          : (nc, 3) float32 shading normals, or None: flat shaded throughout.
     uv_maps          : name -> (nc, 2) float32; "" is the map active for rendering.
     surface_slots    : (nt,) int32, which of the instance's surfaces each triangle wears.
+    attributes       : other data of the corners, key -> (nc, width) float32. "color:NAME" (4), "generated" (3, 0..1
+                       over the bounds), "object" (3, local position), "tangent:UV MAP" (4, local direction and the
+                       sign of the bitangent).
     """
 
     name: str
@@ -133,6 +175,7 @@ class TriangleMesh:
     normals: Float32 | None = None
     uv_maps: Mapping[str, Float32] = field(default_factory=dict)
     surface_slots: Int32 | None = None
+    attributes: Mapping[str, Float32] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,8 @@ class CompiledScene:
         self.geometry, self.surfaces, self.world = prepared.geometry, prepared.surfaces, prepared.world
         self.media = prepared.media
         self.plan: Plan = prepared.plan
+        if self.plan.ambient and any(s.layered for s in self.surfaces.surfaces):
+            self.world.prepare_glossy()
         self.lights = prepared.lights if self.plan.diffuse or self.plan.specular else []
         self._sets: dict[bytes, PrimitiveSet] = {}
         self._lock = threading.Lock()

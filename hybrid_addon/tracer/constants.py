@@ -118,6 +118,12 @@ OUTER_COSINE_SHARE = 0.9
 MIN_ROUGHNESS = 0.05
 """The Phong highlight of a smoother surface would be narrower than float32 resolves in n.h near 1."""
 
+TRACED_ROUGHNESS = 0.25
+"""A dielectric's or coat's reflection is followed by a ray below this roughness; above, the world's blurred image."""
+
+BUMP_STEP = 1.0e-3
+"""A height is differentiated over this share of the ray's length: about a pixel."""
+
 SPOT_BLEND_FLOOR = 1.0e-8
 """EEVEE's guard for a spot without blend: max(1e-8, (1 - cos) blend); dimensionless."""
 

@@ -7,7 +7,7 @@ distances are worked out from them in float64.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,8 @@ from .soup import Soup, facets_of, join, no_triangles
 from .subdivide import split_large_triangles
 
 Bools = NDArray[np.bool_]
+Layouts = Sequence[Mapping[str, tuple[int, int]]]
+"""For each surface, key of what it reads of a corner -> (start, width)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +34,8 @@ class Geometry:
     extent: Float32  # (np,) largest |coordinate| of the primitive's vertices: scale of its rounding errors
     normals: Float32 | None  # (nt, 9) shading normals of the three corners; None: nothing is smooth
     smooth: Bools  # (np,) shading normals differ from the geometric one
-    uvs: Float32 | None  # (nt, 6) of the three corners; None: no texture needs them
+    corner_data: Float32 | None  # (nt, 3 k) what expressions read of the three corners; None: nothing
+    layouts: Layouts  # for each surface: where in the k numbers of a corner its data are
     object: NDArray[np.intp]  # (np,) number of the instance; spheres and planes follow the instances
     surface: NDArray[np.intp]  # (np,) index into the surface table (intp: `take` need not convert it)
     ray_traced: Bools  # (np,) flagged by the artist
@@ -73,20 +76,20 @@ class _Batch:
     vertices: Float64  # (k, nv, 3)
 
 
-def flatten(scene: Scene, uv_maps: Sequence[str | None], use_normals: bool = True) -> Geometry:
+def flatten(scene: Scene, layouts: Layouts, use_normals: bool = True) -> Geometry:
     """Realise all visible instances.
 
-    uv_maps     : for each surface of the scene the UV map that its texture reads, None for no texture.
+    layouts     : for each surface of the scene what it reads of a mesh's corners.
     use_normals : False leaves the shading normals out (a plan that never shades).
     """
     batches = list(_batches(scene))
     spheres, planes = [s for s in scene.spheres if _visible(s)], [p for p in scene.planes if _visible(p)]
     center = _center(scene, batches, spheres)
-    parts = [_realise(b, center, uv_maps, use_normals) for b in batches]
+    parts = [_realise(b, center, layouts, use_normals) for b in batches]
     mesh = join(parts) if parts else no_triangles()
     balls = np.array([(*np.subtract(b.center, center), b.radius) for b in spheres if b.ray_traced]).reshape(-1, 4)
     mesh = split_large_triangles(mesh, balls)
-    return _assemble(mesh, center, spheres, planes, len(scene.instances))
+    return _assemble(mesh, layouts, center, spheres, planes, len(scene.instances))
 
 
 def _visible(thing: Instance | Sphere | Plane) -> bool:
@@ -138,7 +141,7 @@ def _center(scene: Scene, batches: list[_Batch], spheres: Sequence[Sphere]) -> F
     return np.array(scene.camera.matrix_world, np.float64)[:3, 3]
 
 
-def _realise(batch: _Batch, center: Float64, uv_maps: Sequence[str | None], use_normals: bool) -> Soup:
+def _realise(batch: _Batch, center: Float64, layouts: Layouts, use_normals: bool) -> Soup:
     """Triangles of all instances of one mesh."""
     mesh, k = batch.mesh, len(batch.instances)
     nv, nt = len(mesh.vertices), len(mesh.triangles)
@@ -151,7 +154,7 @@ def _realise(batch: _Batch, center: Float64, uv_maps: Sequence[str | None], use_
         return np.where((sign < 0)[:, None, None], indices[None, :, [0, 2, 1]], indices[None])
 
     triangles = (wind(mesh.triangles) + (np.arange(k, dtype=np.int32) * np.int32(nv))[:, None, None]).reshape(-1, 3)
-    corners = wind(mesh.corners) if mesh.normals is not None or mesh.uv_maps else None
+    corners = wind(mesh.corners) if mesh.normals is not None or mesh.uv_maps or mesh.attributes else None
     surface = _surface_of_triangles(batch)
     flags = np.array([_flags(i) for i in batch.instances], bool).T
     corner_points = vertices[triangles]
@@ -160,7 +163,7 @@ def _realise(batch: _Batch, center: Float64, uv_maps: Sequence[str | None], use_
     if use_normals and mesh.normals is not None and corners is not None:
         normals = _corner_normals(mesh.normals, batch.matrices, sign, corners).reshape(-1, 9)
     smooth = _is_smooth(normals, facets) if normals is not None else np.zeros(k * nt, bool)
-    uvs = _corner_uvs(mesh, corners, surface, uv_maps) if corners is not None else None
+    data = _corner_data(batch, corners, surface, layouts) if corners is not None else None
     return Soup(
         vertices=vertices,
         triangles=triangles[sound],
@@ -168,7 +171,7 @@ def _realise(batch: _Batch, center: Float64, uv_maps: Sequence[str | None], use_
         extent=extent[sound],
         normals=None if normals is None else normals[sound],
         smooth=smooth[sound],
-        uvs=None if uvs is None else uvs[sound],
+        corner_data=None if data is None else data[sound],
         object=np.repeat(np.array(batch.numbers, np.int32), nt)[sound],
         surface=surface[sound],
         flags=np.repeat(flags, nt, axis=1)[:, sound],
@@ -221,24 +224,50 @@ def _is_smooth(normals: Float32, facets: Float64) -> Bools:
     return np.isfinite(rows).all(axis=0) & ~flat
 
 
-def _corner_uvs(mesh: TriangleMesh, corners: Int32, surface: Int32, uv_maps: Sequence[str | None]) -> Float32 | None:
-    """(k nt, 6) texture coordinates; each triangle carries the map that its own surface reads."""
-    result = None
-    for name in sorted({uv_maps[s] for s in np.unique(surface)} - {None}, key=str):
-        source = mesh.uv_maps.get(name or "", mesh.uv_maps.get(""))
-        if source is None:
-            continue
-        if result is None:
-            result = np.zeros((len(surface), 6), np.float32)
-        reads = np.array([m == name for m in uv_maps])[surface]
-        result[reads] = source[corners].reshape(-1, 6)[reads]
-    if result is not None:
-        result[~np.isfinite(result)] = 0
-    return result
+def _corner_data(batch: _Batch, corners: Int32, surface: Int32, layouts: Layouts) -> Float32 | None:
+    """(k nt, 3 w) what expressions read of the corners; each triangle carries what its own surface reads."""
+    worn = np.unique(surface).tolist()
+    width = max((start + size for s in worn for start, size in layouts[s].values()), default=0)
+    if width == 0:
+        return None
+    result = np.zeros((len(surface), 3, width), np.float32)
+    for s in worn:
+        reads = surface == s
+        for key, (start, size) in layouts[s].items():
+            source = _source(batch, key, corners)
+            if source is not None:
+                result[reads, :, start : start + size] = source.reshape(len(surface), 3, -1)[reads, :, :size]
+    result[~np.isfinite(result)] = 0
+    return result.reshape(len(surface), -1)
+
+
+def _source(batch: _Batch, key: str, corners: Int32) -> Float32 | None:
+    """(k, nt, 3 corners, width) of the mesh's own data; tangents are turned to world space."""
+    mesh = batch.mesh
+    if key.startswith("uv:"):
+        local = mesh.uv_maps.get(key.removeprefix("uv:"), mesh.uv_maps.get(""))
+    else:
+        local = mesh.attributes.get(key)
+    if local is None:
+        return None
+    if not key.startswith("tangent:"):
+        return local[corners]
+    linear = batch.matrices.copy()
+    linear[:, :3, 3] = 0
+    world = np.concatenate(
+        [_transform(local[:, :3].astype(np.float64), linear), np.empty((len(linear), len(local), 1))], 2
+    )
+    world[..., 3] = local[:, 3] * np.where(_handedness(batch.matrices) < 0, -1, 1)[:, None]
+    return world.astype(np.float32)[np.arange(len(linear))[:, None, None], corners]
 
 
 def _assemble(
-    mesh: Soup, center: Float64, spheres: Sequence[Sphere], planes: Sequence[Plane], instances: int
+    mesh: Soup,
+    layouts: Layouts,
+    center: Float64,
+    spheres: Sequence[Sphere],
+    planes: Sequence[Plane],
+    instances: int,
 ) -> Geometry:
     """Append the analytic shapes to the triangles."""
     ns = len(spheres)
@@ -263,7 +292,8 @@ def _assemble(
         extent=np.concatenate([mesh.extent, extent.astype(np.float32)]),
         normals=mesh.normals if mesh.smooth.any() else None,
         smooth=np.concatenate([mesh.smooth, np.zeros(len(analytic), bool)]),
-        uvs=mesh.uvs,
+        corner_data=mesh.corner_data,
+        layouts=layouts,
         object=np.concatenate([mesh.object, instances + np.arange(len(analytic))]).astype(np.intp),
         surface=np.concatenate([mesh.surface, np.array([a.surface for a in analytic], np.int32)]).astype(np.intp),
         ray_traced=flags[0],

@@ -12,7 +12,6 @@ from .geometry import Geometry
 from .primitives import Hits, barycentrics
 from .rays import Rays, offset_origin, origin_offset
 from .surfaces import SurfaceTable
-from .textures import sample_texture
 from .vectors import Index, dot, take
 
 Numbers = NDArray[np.intp]
@@ -23,7 +22,8 @@ class Interaction:
     """n hits, seen from where their rays come from: normals are turned to the side of `wo`.
 
     prim        : (n,) intp
-    surface     : (n,) intp
+    table       : the surfaces: the scene's, or with columns of their own for hits on surfaces that vary
+    surface     : (n,) intp, column of `table`
     entering    : (n,) bool, the ray comes from the primitive's outer side
     point       : (3, n) float64, in the primitive's plane
     n_geometric : (3, n) float32
@@ -35,6 +35,7 @@ class Interaction:
     """
 
     prim: Numbers
+    table: SurfaceTable
     surface: Numbers
     entering: NDArray[np.bool_]
     point: Float64
@@ -59,6 +60,7 @@ class Interaction:
         n_geometric = take(self.n_geometric, index)
         return Interaction(
             prim=take(self.prim, index),
+            table=self.table,
             surface=take(self.surface, index),
             entering=take(self.entering, index),
             point=take(self.point, index),
@@ -71,7 +73,7 @@ class Interaction:
         )
 
 
-def interact(geometry: Geometry, hits: Hits, rays: Rays, chosen: Index) -> Interaction:
+def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays, chosen: Index) -> Interaction:
     """Recompute the hits `chosen` (none of them a miss) of a wave of rays."""
     prim, t = take(hits.prim, chosen).astype(np.intp), take(hits.t, chosen)
     normal, toward = take(hits.normal, chosen), take(hits.toward, chosen)
@@ -84,6 +86,7 @@ def interact(geometry: Geometry, hits: Hits, rays: Rays, chosen: Index) -> Inter
     n_geometric = facing.astype(np.float32)
     return Interaction(
         prim=prim,
+        table=table,
         surface=geometry.surface.take(prim),
         entering=entering,
         point=point,
@@ -140,49 +143,3 @@ def shadow_origin(geometry: Geometry, hit: Interaction) -> Float32:
     facing = hit.n_geometric[:, smooth].astype(np.float64)
     result[:, smooth] = offset_origin(lifted, facing, hit.offset[smooth])
     return result
-
-
-def base_color(geometry: Geometry, surfaces: SurfaceTable, hit: Interaction) -> Float32:
-    """Albedo (3, n) of hits, textures looked up."""
-    color = surfaces.base_color.take(hit.surface, axis=1)
-    if not surfaces.textures:
-        return color
-    texture = surfaces.texture.take(hit.surface)
-    for number, image in enumerate(surfaces.textures):
-        wears = np.flatnonzero(texture == number)
-        if len(wears):
-            u, v = _texture_coordinates(geometry, hit.prim[wears], hit.point[:, wears])
-            color[:, wears] = sample_texture(image, u, v)
-    return color
-
-
-def _texture_coordinates(geometry: Geometry, prim: Numbers, point: Float64) -> tuple[Float64, Float64]:
-    """u, v (n,) from the UV map of triangles, longitude and latitude on spheres, metres on planes."""
-    nt, ns = geometry.triangle_count, geometry.sphere_count
-    u, v = np.zeros(len(prim)), np.zeros(len(prim))
-    on_mesh = np.flatnonzero(prim < nt)
-    if len(on_mesh) and geometry.uvs is not None:
-        b1, b2 = barycentrics(geometry, prim[on_mesh], point[:, on_mesh])
-        corner = geometry.uvs.take(prim[on_mesh], axis=0).T.astype(np.float64)
-        b0 = 1 - b1 - b2
-        u[on_mesh] = corner[0] * b0 + corner[2] * b1 + corner[4] * b2
-        v[on_mesh] = corner[1] * b0 + corner[3] * b1 + corner[5] * b2
-    on_sphere = np.flatnonzero((prim >= nt) & (prim < nt + ns))
-    if len(on_sphere):
-        x, y, z = point[:, on_sphere] - geometry.sphere_center[prim[on_sphere] - nt].T
-        u[on_sphere] = 0.5 + np.arctan2(y, x) / (2 * np.pi)
-        v[on_sphere] = 0.5 + np.arctan2(z, np.sqrt(x * x + y * y)) / np.pi
-    on_plane = np.flatnonzero(prim >= nt + ns)
-    if len(on_plane):
-        u[on_plane], v[on_plane] = _plane_coordinates(geometry.facets[prim[on_plane], :3].T, point[:, on_plane])
-    return u, v
-
-
-def _plane_coordinates(normal: Float64, point: Float64) -> tuple[Float64, Float64]:
-    """Coordinates along two axes of a plane; for a floor along x and y (Duff et al. 2017, branchless basis)."""
-    sign = np.where(normal[2] < 0, -1.0, 1.0)
-    a = -1 / (sign + normal[2])
-    b = normal[0] * normal[1] * a
-    x = (1 + sign * normal[0] ** 2 * a) * point[0] + sign * b * point[1] - sign * normal[0] * point[2]
-    y = b * point[0] + (sign + normal[1] ** 2 * a) * point[1] - normal[1] * point[2]
-    return x, y

@@ -85,6 +85,20 @@ def illuminate(compiled: CompiledLight, point: Float32, normal: Float32, least_d
     return _illuminate_point(light, compiled, point, normal, least_distance)
 
 
+def angular_radius(compiled: CompiledLight, point: Float64) -> Float32:
+    """Half the angle (n,), radians, that a light takes up seen from points (3, n)."""
+    light = compiled.light
+    if isinstance(light, SunLight):
+        return np.full(point.shape[1], light.angle / 2, np.float32)
+    if isinstance(light, AreaLight):
+        u, v = (np.array(a, np.float64) for a in (light.axis_u, light.axis_v))
+        radius = float(np.sqrt(np.sqrt((np.cross(u, v) ** 2).sum())))
+    else:
+        radius = light.radius
+    away = compiled.position - point
+    return np.arctan(radius / np.sqrt(np.maximum(dot(away, away), radius * radius + 1e-300))).astype(np.float32)
+
+
 def shadow_rays(compiled: CompiledLight, origin: Float32) -> tuple[Float32, Float32]:
     """Unit directions (3, n) from origins (3, n) to the light and distances (n,): hard shadows, towards its centre.
 

@@ -17,7 +17,7 @@ from .geometry import Geometry, flatten
 from .lights import CompiledLight, compile_lights
 from .media import Media
 from .solids import find_solids
-from .surfaces import SurfaceTable, compile_surfaces
+from .surfaces import SurfaceTable, compile_surfaces, layout
 from .validate import validate
 from .world import CompiledWorld
 
@@ -64,8 +64,8 @@ class Prepared:
 def prepare(scene: Scene, settings: Settings) -> Prepared:
     """Compile a validated scene to tables and plan the work on it."""
     surfaces, world = compile_surfaces(scene.surfaces), CompiledWorld(scene.world)
-    uv_maps = [None if s.base_color_texture is None else s.base_color_texture.uv_map for s in scene.surfaces]
-    geometry, media = find_solids(scene, flatten(scene, uv_maps), surfaces)
+    layouts = [layout(s) for s in surfaces.surfaces]
+    geometry, media = find_solids(scene, flatten(scene, layouts), surfaces)
     lights = [light for light in compile_lights(scene.lights, geometry.center) if not light.is_black]
     plan = make_plan(geometry, surfaces, world, lights, len(scene.lights), settings)
     if media.rows == 0:
@@ -121,7 +121,7 @@ def make_plan(
         shadows = False
     if geometry.normals is None:
         skipped.append({"what": "shading normals", "why": "every triangle is flat", "count": geometry.triangle_count})
-    if not table.textures:
+    if not table.textured:
         skipped.append({"what": "texture look-ups", "why": "no surface has a texture", "count": n})
     if not world.has_environment:
         skipped.append({"what": "environment look-ups", "why": "the world is uniform", "count": 1})

@@ -20,6 +20,16 @@ def reflect(wo: Array, n: Array) -> Array:
     return result
 
 
+def mirrored(wo: Float32, n: Float32, roughness: Float32) -> Float32:
+    """Main direction (3, n) of a rough reflection, not normalised: nearer to the normal than the mirror's.
+
+    Lagarde and de Rousiers 2014, Moving Frostbite to PBR, 4.9.3.
+    """
+    smooth = 1 - roughness * roughness
+    share = smooth * (np.sqrt(smooth) + roughness * roughness)
+    return np.asarray(n + (reflect(wo, n) - n) * share, np.float32)
+
+
 def fresnel_dielectric(cos_i: Float64, eta: Float64) -> Float64:
     """Exact unpolarised reflectance (n,) of a dielectric; 1 beyond the critical angle, exactly 0 for eta = 1.
 

@@ -6,28 +6,35 @@ Llocal = ambient base_color E_world / pi + sum over lights (diffuse base_color /
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..scene import Float32
 from .accel import traceable
 from .compiled import CompiledScene
 from .constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
-from .interaction import Interaction, base_color, shadow_origin
-from .lights import CompiledLight, Illumination, illuminate, shadow_rays
+from .interaction import Interaction, shadow_origin
+from .layers import Lobes, ggx_highlight
+from .lights import CompiledLight, Illumination, angular_radius, illuminate, shadow_rays
 from .rays import offset_origin, origin_offset
-from .scattering import both_faces, fresnel_dielectric, phong, schlick
+from .scattering import both_faces, fresnel_dielectric, mirrored, phong, schlick
 from .tally import Tally
+from .varying import resolve_crossings
 from .vectors import Array, count, dot, normalize, select, take
+
+Numbers = NDArray[np.intp]
 
 INVERSE_PI = np.float32(1 / np.pi)
 
 
 def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally) -> Float32:
     """Llocal (3, n) of hits, seen along wo. Surfaces shade on both sides: normals are on the side of wo."""
-    table, plan = scene.surfaces, scene.plan
-    color = base_color(scene.geometry, table, hit)
+    table, plan = hit.table, scene.plan
+    color = table.base_color.take(hit.surface, axis=1)
     radiance = np.zeros(color.shape, np.float32)
     if plan.ambient:
         radiance += color * table.ambient.take(hit.surface) * scene.world.irradiance_over_pi(hit.n_shading)
+        if table.lobes is not None:
+            _add_blurred(scene, hit, table.lobes, radiance)
     if plan.diffuse or plan.specular:
         color *= table.diffuse.take(hit.surface) * INVERSE_PI
         point = hit.point.astype(np.float32)
@@ -55,7 +62,7 @@ def _add_light(
     lit = illuminate(light, point, hit.n_shading, hit.offset)
     arriving = diffuse * (lit.diffuse * np.float32(light.light.diffuse))
     if scene.plan.specular and light.light.specular != 0:
-        arriving += _highlight(scene, hit, lit) * np.float32(light.light.specular)
+        arriving += _highlight(hit, lit, light) * np.float32(light.light.specular)
     if light.light.cast_shadow and hit.n_shading is not hit.n_geometric:
         # What casts no shadow, not even on itself, gets no light through its back.
         arriving *= (dot(lit.wi, hit.n_geometric) > 0) | scene.geometry.shadow.take(hit.prim)
@@ -77,12 +84,30 @@ def _add_light(
             radiance[i, wanted] += chosen[i]
 
 
-def _highlight(scene: CompiledScene, hit: Interaction, lit: Illumination) -> Float32:
-    """Phong highlight (3, n) for light of colour 1; only for hits whose surface has one and which face the light."""
-    table = scene.surfaces
+def _add_blurred(scene: CompiledScene, hit: Interaction, lobes: Lobes, radiance: Float32) -> None:
+    """Add the world's blurred image in the reflections that no ray follows."""
+    for color, roughness in ((lobes.base_blurred, lobes.base_roughness), (lobes.coat_blurred, lobes.coat_roughness)):
+        weight = np.broadcast_to(take(color, hit.surface), radiance.shape)
+        rough = np.flatnonzero((weight != 0).any(axis=0))
+        if len(rough):
+            wide = roughness.take(hit.surface[rough])
+            image = scene.world.glossy(mirrored(hit.wo[:, rough], hit.n_shading[:, rough], wide), wide)
+            radiance[:, rough] += weight[:, rough] * image
+
+
+def _highlight(hit: Interaction, lit: Illumination, light: CompiledLight) -> Float32:
+    """Highlights (3, n) for light of colour 1; only for hits whose surface has one and which face the light."""
+    table = hit.table
     result = np.zeros((3, len(hit.prim)), np.float32)
     cos_i, cos_o = dot(lit.wi, hit.n_shading), dot(hit.wo, hit.n_shading)
-    shiny = select(table.shades_specular.take(hit.surface) & (lit.specular > 0) & (cos_i > 0) & (cos_o > 0))
+    shines = table.shades_specular.take(hit.surface) & (lit.specular > 0) & (cos_i > 0) & (cos_o > 0)
+    if table.lobes is not None:
+        layered = table.lobes.layered.take(hit.surface)
+        _add_layered(hit, lit, light, np.flatnonzero(shines & layered), table.lobes, result)
+        shines &= ~layered
+        if not shines.any():
+            return result
+    shiny = select(shines)
     wi, wo, n = take(lit.wi, shiny), take(hit.wo, shiny), take(hit.n_shading, shiny)
     surface = take(hit.surface, shiny)
     half = normalize(wi + wo)
@@ -101,6 +126,24 @@ def _highlight(scene: CompiledScene, hit: Interaction, lit: Illumination) -> Flo
     for i in range(3):
         result[i, shiny] = highlight[i]
     return result
+
+
+def _add_layered(
+    hit: Interaction, lit: Illumination, light: CompiledLight, index: Numbers, lobes: Lobes, result: Float32
+) -> None:
+    """Add the lobes of layered surfaces to result (3, n), at the hits `index`."""
+    if len(index) == 0:
+        return
+    wi, wo, n = lit.wi[:, index], hit.wo[:, index], hit.n_shading[:, index]
+    surface = hit.surface[index]
+    half = normalize(wi + wo)
+    cosines = np.minimum(dot(half, n), np.float32(1)), dot(wi, n), dot(wo, n)
+    radius = angular_radius(light, hit.point[:, index])
+    color = lobes.base.take(surface, axis=1) * ggx_highlight(*cosines, lobes.base_roughness.take(surface), radius)
+    coat = lobes.coat.take(surface)
+    if coat.any():
+        color += coat * ggx_highlight(*cosines, lobes.coat_roughness.take(surface), radius)
+    result[:, index] = color * lit.specular[index]
 
 
 def _visibility(scene: CompiledScene, light: CompiledLight, origin: Float32, tally: Tally) -> Array:
@@ -131,7 +174,7 @@ def _transmittance(scene: CompiledScene, origin: Float32, wi: Float32, t_max: Fl
 
     The ray is not bent, so at both faces of a solid its angle is that in the outer medium, and F is taken from there.
     """
-    table, geometry = scene.surfaces, scene.geometry
+    geometry = scene.geometry
     result = np.ones(wi.shape, np.float32)
     active, d = np.arange(wi.shape[1]), wi
     travelled = np.zeros(wi.shape[1])
@@ -143,7 +186,12 @@ def _transmittance(scene: CompiledScene, origin: Float32, wi: Float32, t_max: Fl
             return result
         active, d, prim, t = active[crossed], d.take(crossed, axis=1), hits.prim[crossed], hits.t[crossed]
         normal, toward = hits.normal.take(crossed, axis=1), hits.toward[crossed]
-        surface = geometry.surface.take(prim)
+        table, surface = scene.surfaces, geometry.surface.take(prim)
+        if table.varies.take(surface).any():
+            at = origin[:, crossed] + d * t
+            table, surface = resolve_crossings(
+                geometry, table, prim.astype(np.intp), at, toward < 0, -normal * np.sign(toward), d
+            )
         fresnel, tint = fresnel_dielectric(np.abs(toward), table.ior.take(surface)), table.tint.take(surface, axis=1)
         fresnel, tint = both_faces(fresnel, tint, scene.media.is_thin(prim.astype(np.intp)))
         result[:, active] *= (tint * (table.interface.take(surface) * (1 - fresnel))).astype(np.float32)

@@ -24,7 +24,7 @@ class Soup:
     extent: Float32
     normals: Float32 | None
     smooth: Bools
-    uvs: Float32 | None
+    corner_data: Float32 | None  # (nt, 3 k)
     object: Int32
     surface: Int32
     flags: Bools  # (4, nt) ray_traced, camera, shadow, secondary
@@ -61,23 +61,26 @@ def join(parts: list[Soup]) -> Soup:
     """One soup out of all batches."""
     starts = np.cumsum([0] + [len(p.vertices) for p in parts[:-1]]).astype(np.int32)
 
-    def either(name: str, width: int) -> Float32 | None:
-        """Rows of an optional table: zeros for the batches that have none."""
-        if all(getattr(p, name) is None for p in parts):
+    def either(name: str) -> Float32 | None:
+        """Rows (nt, 3, k) of an optional table; zeros for the batches that have none, or less."""
+        tables = [getattr(p, name) for p in parts]
+        k = max((t.shape[1] // 3 for t in tables if t is not None), default=0)
+        if k == 0:
             return None
-        blank = [np.zeros((len(p.triangles), width), np.float32) for p in parts]
-        return np.concatenate(
-            [b if getattr(p, name) is None else getattr(p, name) for p, b in zip(parts, blank, strict=True)]
-        )
+        rows = [np.zeros((len(p.triangles), 3, k), np.float32) for p in parts]
+        for row, table in zip(rows, tables, strict=True):
+            if table is not None:
+                row[:, :, : table.shape[1] // 3] = table.reshape(len(table), 3, table.shape[1] // 3)
+        return np.concatenate(rows).reshape(-1, 3 * k)
 
     return Soup(
         vertices=np.concatenate([p.vertices for p in parts]),
         triangles=np.concatenate([p.triangles + s for p, s in zip(parts, starts, strict=True)]),
         facets=np.concatenate([p.facets for p in parts]),
         extent=np.concatenate([p.extent for p in parts]),
-        normals=either("normals", 9),
+        normals=either("normals"),
         smooth=np.concatenate([p.smooth for p in parts]),
-        uvs=either("uvs", 6),
+        corner_data=either("corner_data"),
         object=np.concatenate([p.object for p in parts]),
         surface=np.concatenate([p.surface for p in parts]),
         flags=np.concatenate([p.flags for p in parts], axis=1),

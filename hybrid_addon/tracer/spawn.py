@@ -55,7 +55,7 @@ def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: S
 
 def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
     """Share the light out among the mirror, the interface's reflection and its transmission."""
-    table, n = scene.surfaces, len(rays)
+    table, n = at.table, len(rays)
     interface, tint = table.interface.take(at.surface), table.tint.take(at.surface, axis=1)
     thin = scene.media.is_thin(at.prim)
     fresnel, cos_i, eta = np.zeros(n, np.float32), np.zeros(n), np.ones(n)
@@ -66,12 +66,12 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
         cos_i[optical] = _cosine(take(at.wo, optical), take(at.n_shading, optical))
         eta[optical] = scene.media.eta(take(rays.media, optical), prim, ior, take(outside, optical))
         fresnel[optical] = fresnel_dielectric(cos_i[optical], eta[optical])
-    bends = eta != 1
+    bends, tinted = eta != 1, table.interface_tint.take(at.surface, axis=1)
     if thin is not None:
         fresnel, tint = both_faces(fresnel, tint, thin)
         bends &= ~thin
     return Split(
-        reflected=rays.throughput * (table.mirror.take(at.surface, axis=1) + interface * fresnel),
+        reflected=rays.throughput * (table.mirror.take(at.surface, axis=1) + tinted * (interface * fresnel)),
         transmitted=rays.throughput * (tint * (interface * (1 - fresnel))),
         bends=bends,
         cos_i=cos_i,

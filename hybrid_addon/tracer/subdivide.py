@@ -63,7 +63,7 @@ class _Splitter:
         self.mesh, self.objects = mesh, objects
         self.parent = large
         self.points = mesh.vertices[mesh.triangles[large]]  # (n, 3 corners, 3)
-        tables = [t[large].reshape(len(large), 3, -1) for t in (mesh.normals, mesh.uvs) if t is not None]
+        tables = [t[large].reshape(len(large), 3, -1) for t in (mesh.normals, mesh.corner_data) if t is not None]
         self.values = np.concatenate([self.points, *tables], axis=2)  # (n, 3 corners, k) float32
 
     def split(self) -> Soup:
@@ -113,11 +113,11 @@ class _Splitter:
         def merged(old: Array, part: Array) -> Array:
             return np.concatenate([old[kept], part])[order]
 
-        extra, normals, uvs = values[:, :, 3:], mesh.normals, mesh.uvs
+        extra, normals, data = values[:, :, 3:], mesh.normals, mesh.corner_data
         if normals is not None:
             normals, extra = merged(normals, extra[:, :, :3].reshape(count, 9)), extra[:, :, 3:]
-        if uvs is not None:
-            uvs = merged(uvs, extra.reshape(count, 6))
+        if data is not None:
+            data = merged(data, extra.reshape(count, -1))
         return replace(
             mesh,
             vertices=np.concatenate([mesh.vertices, points.reshape(-1, 3)]),
@@ -126,7 +126,7 @@ class _Splitter:
             extent=merged(mesh.extent, extent),
             normals=normals,
             smooth=mesh.smooth[source],
-            uvs=uvs,
+            corner_data=data,
             object=mesh.object[source],
             surface=mesh.surface[source],
             flags=mesh.flags[:, source],

@@ -2,21 +2,41 @@
 
 L = r Lr + (1 - r) [ o Llocal + (1 - o) (F Lr + (1 - F) Lt) ] + Le      (see scene.Surface)
 
-The weights are products of float64 scalars, rounded once; hits gather them with `take`.
+The weights are products of float64 scalars, rounded once; hits gather them with `take`. Surfaces that vary or have
+layers stand here with what they may do; their hits get columns of their own (see `varying`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Float32, Float64, Int32, Surface, Texture
-from .constants import FAINT, MIN_ROUGHNESS
+from ..expressions import walk
+from ..scene import Expression, Float32, Float64, Surface, Texture
+from .constants import FAINT, MIN_ROUGHNESS, TRACED_ROUGHNESS
+
+if TYPE_CHECKING:
+    from .layers import Lobes
 
 Bools = NDArray[np.bool_]
+Fields = Mapping[str, Float64]
+"""Of each surface or hit: name -> (1 or 3, n) float64."""
+
+VARIABLE = {
+    "base_color": 3, "specular": 3, "roughness": 1, "emission": 3, "reflectivity": 1, "reflection_tint": 3,
+    "opacity": 1, "transmission_tint": 3, "interface_tint": 3, "edge_tint": 3, "coat": 1, "coat_roughness": 1,
+    "coat_tint": 3, "sheen": 1, "sheen_roughness": 1, "sheen_tint": 3,
+}  # fmt: skip
+"""What an expression may give, and how many numbers it is."""
+
+WIDTHS = {"uv": 2, "color": 4, "generated": 3, "object": 3, "tangent": 4}
+"""Numbers of a corner, by the first word of an attribute's key; other attributes are known to the hits themselves."""
+
+CONSTANT = ("ambient", "diffuse", "ior", "coat_ior")
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +44,6 @@ class SurfaceTable:
     """One column for each of the s surfaces of a scene (one default surface if it has none)."""
 
     base_color: Float32  # (3, s) albedo
-    texture: Int32  # (s,) index into `textures`, -1 for none
     ambient: Float32  # (s,) weight of the world's diffuse light
     diffuse: Float32  # (s,) weight of the lights' diffuse light
     specular: Float32  # (3, s) F0 of the Phong highlight
@@ -33,6 +52,7 @@ class SurfaceTable:
     local: Float32  # (s,) (1 - r) o
     mirror: Float32  # (3, s) r reflection_tint
     interface: Float32  # (s,) (1 - r) (1 - o): what Fresnel shares out
+    interface_tint: Float32  # (3, s) of what Fresnel reflects
     tint: Float32  # (3, s) transmission_tint
     ior: Float64  # (s,) inside over outside
 
@@ -47,7 +67,14 @@ class SurfaceTable:
     shadow_opaque: Bools  # (s,) blocks every shadow ray
     shadow_clear: Bools  # (s,) lets every shadow ray pass unchanged
 
-    textures: tuple[Texture, ...]
+    varies: Bools  # (s,) each hit has a column of its own
+    surfaces: tuple[Surface, ...]
+    lobes: Lobes | None = None  # of tables with columns for hits on layered surfaces
+
+    @property
+    def columns(self) -> int:
+        """How many there are."""
+        return len(self.ior)
 
     @property
     def shades_locally(self) -> Bools:
@@ -59,6 +86,11 @@ class SurfaceTable:
         """(s,) whether transmitted rays bend, hence spend a bounce."""
         return self.transmits & ~self.straight
 
+    @property
+    def textured(self) -> bool:
+        """Whether any surface reads an image."""
+        return any(isinstance(e.data, Texture) for s in self.surfaces for e in expressions_of(s))
+
 
 def phong_exponent(roughness: Float64) -> Float64:
     """Blinn-Phong exponent 2 / alpha^2 - 2 of the same width as a microfacet lobe of alpha = roughness^2."""
@@ -66,45 +98,119 @@ def phong_exponent(roughness: Float64) -> Float64:
     return np.maximum(2 / alpha**2 - 2, 0.0)
 
 
+def expressions_of(surface: Surface) -> list[Expression]:
+    """All that its fields are made of, textures of the base colour included."""
+    values = [getattr(surface, name) for name in (*VARIABLE, "normal")]
+    if surface.base_color_texture is not None:
+        values.append(Expression("image", (), surface.base_color_texture))
+    return [e for value in values for e in walk(value)]
+
+
+def with_expressions(surface: Surface) -> Surface:
+    """The same surface with the texture of its base colour as an expression."""
+    if surface.base_color_texture is None:
+        return surface
+    image = Expression("image", (), surface.base_color_texture)
+    return replace(surface, base_color=image, base_color_texture=None)
+
+
+def layout(surface: Surface) -> dict[str, tuple[int, int]]:
+    """What a surface reads of a mesh's corners: key -> (start, width)."""
+    keys = set()
+    for e in expressions_of(surface):
+        if e.operation == "attribute" and e.data.partition(":")[0] in WIDTHS:
+            keys.add(e.data)
+        elif e.operation in ("image", "image_alpha") and not e.inputs:
+            keys.add("uv:" + e.data.uv_map)
+    found, start = {}, 0
+    for key in sorted(keys):
+        width = WIDTHS[key.partition(":")[0]]
+        found[key] = (start, width)
+        start += width
+    return found
+
+
 def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
     """The table of all surfaces of a scene."""
-    surfaces = surfaces or (Surface(),)
-    textures = tuple(dict.fromkeys(s.base_color_texture for s in surfaces if s.base_color_texture is not None))
+    surfaces = tuple(with_expressions(s) for s in surfaces) or (Surface(),)
+    low, high = _bounds(surfaces, 0.0), _bounds(surfaces, 1.0)
+    layered = np.array([s.layered for s in surfaces])
+    varies = layered | np.array([any(True for _ in expressions_of(s)) for s in surfaces])
+    may = {**_flags(low, high), **columns(high)}
+    may["mirror"] = np.where(varies, 1, may["mirror"]).astype(np.float32)
+    table = SurfaceTable(**may, varies=varies, surfaces=surfaces)
+    return _with_layers(table, low, high, layered) if layered.any() else table
 
-    def scalars(name: str) -> Float64:
-        return np.array([getattr(s, name) for s in surfaces], np.float64)
 
-    def colors(name: str) -> Float64:
-        return np.ascontiguousarray(np.array([getattr(s, name) for s in surfaces], np.float64).T)
+def _bounds(surfaces: Sequence[Surface], varying: float) -> dict[str, Float64]:
+    """The fields with `varying` for whatever an expression gives."""
 
-    r, o, ior = scalars("reflectivity"), scalars("opacity"), scalars("ior")
-    local, interface = (1 - r) * o, (1 - r) * (1 - o)
-    mirror, tint, specular = r * colors("reflection_tint"), colors("transmission_tint"), colors("specular")
-    texture = np.array([-1 if s.base_color_texture is None else textures.index(s.base_color_texture) for s in surfaces])
-    colored = (colors("base_color") != 0).any(0) | (texture >= 0)
-    straight, passes = ior == 1, interface * tint
-    return SurfaceTable(
-        base_color=colors("base_color").astype(np.float32),
-        texture=texture.astype(np.int32),
-        ambient=scalars("ambient").astype(np.float32),
-        diffuse=scalars("diffuse").astype(np.float32),
-        specular=specular.astype(np.float32),
-        exponent=phong_exponent(scalars("roughness")).astype(np.float32),
-        emission=colors("emission").astype(np.float32),
-        local=local.astype(np.float32),
-        mirror=mirror.astype(np.float32),
-        interface=interface.astype(np.float32),
-        tint=tint.astype(np.float32),
-        ior=ior,
-        emits=(colors("emission") != 0).any(0),
-        shades_ambient=(local != 0) & (scalars("ambient") != 0) & colored,
-        shades_diffuse=(local != 0) & (scalars("diffuse") != 0) & colored,
-        shades_specular=(local != 0) & (specular != 0).any(0),
-        straight=straight,
-        reflects=(mirror != 0).any(0) | ((interface != 0) & ~straight),
-        transmits=(passes != 0).any(0),
-        clear=(passes > FAINT).any(0),
-        shadow_opaque=(passes == 0).all(0),
-        shadow_clear=straight & (passes == 1).all(0),
-        textures=textures,
+    def number(surface: Surface, name: str, size: int) -> Any:
+        value = getattr(surface, name)
+        if isinstance(value, Expression):
+            return [varying] * size
+        return value if size == 3 and value is not None else [1.0 if value is None else value]
+
+    fields = {
+        name: np.ascontiguousarray(np.array([number(s, name, size) for s in surfaces], np.float64).T)
+        for name, size in VARIABLE.items()
+    }
+    return {**fields, **{name: np.array([[getattr(s, name) for s in surfaces]], np.float64) for name in CONSTANT}}
+
+
+def columns(fields: Fields) -> dict[str, Any]:
+    """The numbers of the surface model, without layers."""
+    r, o = fields["reflectivity"][0], fields["opacity"][0]
+    return {
+        "base_color": fields["base_color"].astype(np.float32),
+        "ambient": fields["ambient"][0].astype(np.float32),
+        "diffuse": fields["diffuse"][0].astype(np.float32),
+        "specular": fields["specular"].astype(np.float32),
+        "exponent": phong_exponent(fields["roughness"][0]).astype(np.float32),
+        "emission": fields["emission"].astype(np.float32),
+        "local": ((1 - r) * o).astype(np.float32),
+        "mirror": (r * fields["reflection_tint"]).astype(np.float32),
+        "interface": ((1 - r) * (1 - o)).astype(np.float32),
+        "interface_tint": fields["interface_tint"].astype(np.float32),
+        "tint": fields["transmission_tint"].astype(np.float32),
+        "ior": fields["ior"][0],
+    }
+
+
+def _flags(low: Fields, high: Fields) -> dict[str, Bools]:
+    """What surfaces may do whose fields lie between `low` and `high`: for constants, what they do."""
+    local = (1 - low["reflectivity"][0]) * high["opacity"][0]
+    interface = (1 - low["reflectivity"][0]) * (1 - low["opacity"][0])
+    passes = interface * high["transmission_tint"]
+    least = (1 - high["reflectivity"][0]) * (1 - high["opacity"][0]) * low["transmission_tint"]
+    straight, colored = high["ior"][0] == 1, (high["base_color"] != 0).any(0)
+    reflects = (high["reflectivity"] * high["reflection_tint"] != 0).any(0)
+    return {
+        "emits": (high["emission"] != 0).any(0),
+        "shades_ambient": (local != 0) & (high["ambient"][0] != 0) & colored,
+        "shades_diffuse": (local != 0) & (high["diffuse"][0] != 0) & colored,
+        "shades_specular": (local != 0) & (high["specular"] != 0).any(0),
+        "straight": straight,
+        "reflects": reflects | ((interface * high["interface_tint"] != 0).any(0) & ~straight),
+        "transmits": (passes != 0).any(0),
+        "clear": (passes > FAINT).any(0),
+        "shadow_opaque": (passes == 0).all(0),
+        "shadow_clear": straight & (passes == 1).all(0) & (least == 1).all(0),
+    }
+
+
+def _with_layers(table: SurfaceTable, low: Fields, high: Fields, layered: Bools) -> SurfaceTable:
+    """What layers may add: lobes of the metal, the dielectric and the coat, traced or not, and the sheen."""
+    coat, glossy = high["coat"][0] > 0, (high["specular"] != 0).any(0)
+    metal = high["reflectivity"][0] > 0
+    body = high["opacity"][0] > 0
+    sharp = (glossy & (low["roughness"][0] < TRACED_ROUGHNESS)) | (coat & (low["coat_roughness"][0] < TRACED_ROUGHNESS))
+    lit = (glossy & body) | coat | (high["sheen"][0] > 0)
+    return replace(
+        table,
+        reflects=table.reflects | layered & (metal | sharp),
+        shades_ambient=table.shades_ambient | layered & lit,
+        shades_diffuse=table.shades_diffuse | layered & (high["sheen"][0] > 0),
+        shades_specular=table.shades_specular | layered & (lit | metal | table.transmits),
+        shadow_clear=table.shadow_clear & ~layered,
     )

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Camera, Float64, Scene, Settings
+from ..scene import Camera, Expression, Float64, Scene, Settings
 from .camera import generate_rays
 from .compiled import CompiledScene
 from .constants import SAME_PLACE, SHARP_ROUGHNESS, SURVEY_CUTOFF, SURVEY_PIXELS
@@ -130,7 +130,8 @@ class _Watch:
         blends = np.array([s.name in blended for s in surfaces] or [False])
         self.refracts = compiled.surfaces.refracts
         self.unseen = self.refracts | (blends & compiled.surfaces.transmits)
-        self.sharp = np.array([s.roughness <= SHARP_ROUGHNESS for s in surfaces] or [True])
+        roughness = [1.0 if isinstance(s.roughness, Expression) else s.roughness for s in surfaces]
+        self.sharp = np.array([r <= SHARP_ROUGHNESS for r in roughness] or [True])
         objects = len(scene.instances) + len(scene.spheres) + len(scene.planes)
         self.owner, self.place, self.counts = np.full(n, -1), np.full((3, n), np.inf), np.zeros(n, bool)
         self.pixels, self.rays, self.followed = np.zeros(objects, np.intp), np.zeros(objects), 0

@@ -13,7 +13,7 @@ Indices = NDArray[np.int64]
 
 
 def sample_texture(texture: Texture, u: Array, v: Array) -> Float32:
-    """Colours (3, n) of a texture at texture coordinates (n,); its Mapping is applied here."""
+    """RGBA (4, n) of a texture at texture coordinates (n,); its Mapping is applied here."""
     m = texture.uv_transform
     x, y = m[0, 0] * u + m[0, 1] * v + m[0, 2], m[1, 0] * u + m[1, 1] * v + m[1, 2]
     closest = texture.interpolation == "CLOSEST"
@@ -28,13 +28,13 @@ def sample_equirect(texture: Texture, direction: Array) -> Float32:
     x, y, z = (direction[i].astype(np.float64) for i in range(3))
     u = 0.5 - np.arctan2(y, x) * (0.5 / np.pi)
     v = 0.5 + np.arctan2(z, np.sqrt(x * x + y * y)) * (1 / np.pi)
-    return lookup(texture.pixels, u, v, "REPEAT", "EXTEND", texture.interpolation == "CLOSEST")
+    return lookup(texture.pixels, u, v, "REPEAT", "EXTEND", texture.interpolation == "CLOSEST")[:3]
 
 
 def lookup(pixels: Float32, u: Float64, v: Float64, extend_u: str, extend_v: str, closest: bool = False) -> Float32:
-    """RGB (3, n) of pixels (height, width, 4), row 0 at the bottom, at u, v (n,) in 0..1; texel centres at (i + .5)."""
+    """RGBA (4, n) of pixels (height, width, 4), row 0 at the bottom, at u, v (n,) in 0..1; centres at (i + .5)."""
     height, width = pixels.shape[:2]
-    flat = np.ascontiguousarray(pixels[:, :, :3]).reshape(-1, 3)
+    flat = pixels.reshape(-1, 4)
     inside = (np.abs(u) < MAX_TEXTURE_COORDINATE) & (np.abs(v) < MAX_TEXTURE_COORDINATE)  # False for NaN
     x, y = np.where(inside, u, 0.0) * width, np.where(inside, v, 0.0) * height
     if closest:
@@ -62,7 +62,7 @@ def _mix(a: Float32, b: Float32, t: Float32) -> Float32:
 
 
 def _texel(flat: Float32, i: Indices, j: Indices, width: int, height: int, extend_u: str, extend_v: str) -> Float32:
-    """Texels (3, n); outside of a CLIP image they are black."""
+    """Texels (4, n); outside of a CLIP image they are 0."""
     i, in_u = _wrap(i, width, extend_u)
     j, in_v = _wrap(j, height, extend_v)
     color = np.ascontiguousarray(flat.take(j * width + i, axis=0).T)

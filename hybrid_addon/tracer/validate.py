@@ -4,14 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
-from ..scene import AreaLight, Float32, Int32, Plane, Scene, Settings, Sphere, SunLight, Surface, TriangleMesh
+from ..scene import (
+    AreaLight,
+    Expression,
+    Float32,
+    Int32,
+    Plane,
+    Scene,
+    Settings,
+    Sphere,
+    SunLight,
+    Surface,
+    TriangleMesh,
+)
 
 _SHARES = ("reflectivity", "opacity")
-_SCALARS = ("ambient", "diffuse", "roughness")
-_COLORS = ("base_color", "specular", "emission", "reflection_tint", "transmission_tint")
+_SCALARS = ("ambient", "diffuse", "roughness", "coat", "coat_roughness", "sheen", "sheen_roughness")
+_COLORS = (
+    "base_color", "specular", "emission", "reflection_tint", "transmission_tint", "interface_tint", "coat_tint",
+    "sheen_tint",
+)  # fmt: skip
 
 
 def validate(scene: Scene, settings: Settings, mask: Float32 | None) -> None:
@@ -94,7 +110,7 @@ def _check_mesh(mesh: TriangleMesh) -> None:
         _within(mesh.triangles, len(mesh.vertices)),
         f"{name}: a triangle names a vertex that is not there",
     )
-    tables = [t for t in (mesh.normals, *mesh.uv_maps.values()) if t is not None]
+    tables = [t for t in (mesh.normals, *mesh.uv_maps.values(), *mesh.attributes.values()) if t is not None]
     if tables:
         _require(mesh.corners.shape == (nt, 3), f"{name}: corners must have the shape of triangles")
         _require(
@@ -126,14 +142,18 @@ def _check_surface(scene: Scene, number: int, surface: Surface) -> None:
             raise ValueError(f"{_wearer(scene, number)}surface {surface.name!r}: {what}")
 
     require(math.isfinite(surface.ior) and surface.ior > 0, f"ior must be a positive number, got {surface.ior}")
-    for field in _SHARES:
-        value = getattr(surface, field)
+    coat_ior: Any = surface.coat_ior
+    require(math.isfinite(coat_ior) and coat_ior >= 1, f"coat_ior must be at least 1, got {coat_ior}")
+    constant: dict[str, Any] = {f: getattr(surface, f) for f in (*_SHARES, *_SCALARS, *_COLORS)}
+    constant = {f: value for f, value in constant.items() if not isinstance(value, Expression)}
+    for field in (name for name in _SHARES if name in constant):
+        value = constant[field]
         require(0 <= value <= 1, f"{field} must lie in 0..1, got {value}")
-    for field in _SCALARS:
-        value = getattr(surface, field)
+    for field in (name for name in _SCALARS if name in constant):
+        value = constant[field]
         require(math.isfinite(value) and value >= 0, f"{field} must be finite and not negative, got {value}")
-    for field in _COLORS:
-        value = getattr(surface, field)
+    for field in (name for name in _COLORS if name in constant):
+        value = constant[field]
         require(len(value) == 3 and _finite(value), f"{field} must be three finite numbers, got {value}")
 
 

@@ -17,6 +17,7 @@ from .shading import local_radiance
 from .spawn import spawn
 from .sums import Sums
 from .tally import Tally
+from .varying import resolve
 from .vectors import Index, count, select, take
 
 Watch = Callable[[Rays, Hits, Index, Interaction | None, Rays], None]
@@ -62,7 +63,8 @@ def trace_rays(
                 watch(rays, hits, chosen, None, rays.take(chosen))
             return
         rays_hit = rays.take(chosen)
-        at = interact(scene.geometry, hits, rays, chosen)
+        at = interact(scene.geometry, scene.surfaces, hits, rays, chosen)
+        at = resolve(scene.geometry, at, take(hits.t, chosen))
         at.lit = None if sums.signatures is None else np.zeros(len(rays_hit), np.uint32)
 
         # Add emitted and local light.
@@ -142,7 +144,7 @@ def add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums, ta
 
 def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tally: Tally) -> None:
     """Add what the hits of the rays emit, and the light that they get from the lights and the world."""
-    table = scene.surfaces
+    table = at.table
     if scene.plan.emission:
         glowing = select(table.emits.take(at.surface))
         if count(glowing, len(rays)):

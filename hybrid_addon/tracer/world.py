@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..scene import Float32, Float64, World
+from ..scene import Float32, Float64, Texture, World
+from .blur import BLUR_ROUGHNESS, blurred
 from .textures import sample_equirect
 from .vectors import Array, matrix_times
 
@@ -23,6 +24,7 @@ class CompiledWorld:
         self.has_environment = world.environment is not None and not self.is_black
         self._constant = np.array(world.radiance, np.float64)[:, None]
         self._linear: Float64 | None = None
+        self._blurred: list[Texture] | None = None
         if self.has_environment:
             self._project()
 
@@ -31,6 +33,28 @@ class CompiledWorld:
         if not self.has_environment or self._environment is None:
             return self._radiance
         return self._radiance * sample_equirect(self._environment, matrix_times(self._rotation, direction))
+
+    def glossy(self, direction: Float32, roughness: Float32) -> Float32:
+        """Radiance (3, n) from around directions (3, n), as a lobe of that roughness (n,) sees it."""
+        if self._blurred is None:
+            return self._radiance
+        d = matrix_times(self._rotation, direction)
+        levels = np.clip(
+            (roughness - BLUR_ROUGHNESS[0]) / (BLUR_ROUGHNESS[1] - BLUR_ROUGHNESS[0]), 0, len(self._blurred) - 1
+        )
+        lower = np.minimum(levels.astype(np.intp), len(self._blurred) - 2)
+        result = np.zeros(direction.shape, np.float32)
+        for i in np.unique(lower).tolist():
+            here = np.flatnonzero(lower == i)
+            t = (levels[here] - i).astype(np.float32)
+            for image, weight in ((self._blurred[i], 1 - t), (self._blurred[i + 1], t)):
+                result[:, here] += weight * sample_equirect(image, d[:, here])
+        return self._radiance * result
+
+    def prepare_glossy(self) -> None:
+        """Blur the environment for `glossy`."""
+        if self._environment is not None and self.has_environment and self._blurred is None:
+            self._blurred = blurred(self._environment)
 
     def irradiance_over_pi(self, normal: Float32) -> Float32:
         """E / pi, (3, n) or (3, 1), on surfaces of normal (3, n): what a white diffuse surface sends on."""

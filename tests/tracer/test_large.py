@@ -55,7 +55,7 @@ def near_ground(g, up, ball, n, rng, near=3e-3):
 def test_shadow_rays_of_a_huge_ground_find_a_tiny_ball(build, width):
     rng = np.random.default_rng(0)
     s, up, ball = ground_and_ball(build, width)
-    g = flatten(s, [None, None])
+    g = flatten(s, [{}, {}])
     assert g.split > 10
     assert seen_from_below(g, up, ball, 100_000) == 100_000
     _, origin = near_ground(g, up, ball, 100_000, rng)
@@ -86,7 +86,7 @@ def test_no_self_hit_and_no_leak_of_a_ground_in_a_million(build, scale, offset):
         place[:3, 3] = foot + m[:3, 2] * radius * 1.02
         balls.append((build.icosphere(2, radius), build.matte(), {"matrix": place}))
     s = build.scene((ground, build.matte(), {"matrix": m, "ray_traced": False}), *balls)
-    g = flatten(s, [None] * len(s.surfaces))
+    g = flatten(s, [{}] * len(s.surfaces))
     assert g.split > 10
     only_ground = PrimitiveSet(g, ~g.ray_traced)
     away = radius * 10 ** rng.uniform(-1, 3, HITS)  # from the foot of the ball to far away
@@ -120,7 +120,7 @@ def seen_from_below(g, up, ball, n):
 def test_without_the_split_they_miss_it(build, monkeypatch):
     monkeypatch.setattr(geometry, "split_large_triangles", lambda soup, balls: soup)
     s, up, ball = ground_and_ball(build, 1e4)
-    assert seen_from_below(flatten(s, [None, None]), up, ball, 1000) < 500
+    assert seen_from_below(flatten(s, [{}, {}]), up, ball, 1000) < 500
 
 
 @pytest.mark.parametrize("smooth", [False, True])
@@ -150,7 +150,7 @@ def test_splitting_does_not_change_the_picture(build, monkeypatch, smooth):
 
 def test_parts_keep_the_order_of_objects_and_cover_the_whole(build):
     s, _, _ = ground_and_ball(build, 100.0)
-    g = flatten(s, [None, None])
+    g = flatten(s, [{}, {}])
     assert (np.diff(g.object) >= 0).all()
     corners = g.vertices[g.triangles[~g.ray_traced]].astype(float)
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
@@ -168,5 +168,5 @@ def test_parts_keep_the_order_of_objects_and_cover_the_whole(build):
 
 def test_ordinary_scenes_are_left_alone(build):
     floor = build.quad([(-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0)])
-    g = flatten(build.scene((floor, build.matte()), (build.icosphere(2, 0.5), build.matte())), [None, None])
+    g = flatten(build.scene((floor, build.matte()), (build.icosphere(2, 0.5), build.matte())), [{}, {}])
     assert g.split == 0 and len(g.triangles) == 2 + 320

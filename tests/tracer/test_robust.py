@@ -13,6 +13,7 @@ from hybrid_addon.tracer.geometry import flatten
 from hybrid_addon.tracer.interaction import interact
 from hybrid_addon.tracer.primitives import PrimitiveSet
 from hybrid_addon.tracer.rays import camera_rays
+from hybrid_addon.tracer.surfaces import compile_surfaces
 from hybrid_addon.tracer.tally import Tally
 
 ALL = Settings(samples=1, see="ALL", threads=1)
@@ -38,7 +39,7 @@ def hits_on(build, mesh, scale, offset, n=20000, seed=0):
         meshes=(mesh,),
         instances=(build.instance(0, matrix=m), build.instance(0, matrix=second))[: 2 if any(offset) else 1],
     )
-    g = flatten(s, [None])
+    g = flatten(s, [{}])
     center = m[:3, 3] - g.center
     o = rng.normal(size=(3, n))
     o = center[:, None] + o / np.sqrt((o * o).sum(0)) * 3 * scale
@@ -48,7 +49,7 @@ def hits_on(build, mesh, scale, offset, n=20000, seed=0):
     everything = PrimitiveSet(g, np.ones(len(g.surface), bool))
     hits = everything.nearest(rays.origin, rays.direction, Tally())
     chosen = np.flatnonzero((hits.prim >= 0) & (hits.prim < len(mesh.triangles)))
-    return everything, interact(g, hits, rays, chosen)
+    return everything, interact(g, compile_surfaces(s.surfaces), hits, rays, chosen)
 
 
 def grazing_directions(normal, rng):
@@ -95,7 +96,7 @@ def test_spurious_hits_behind_a_ray_are_traced_again(build):
     s = build.scene(surfaces=(build.matte(),))
     ground = build.quad([(-10, -10, 0), (10, -10, 0), (10, 10, 0), (-10, 10, 0)])
     s = replace(s, meshes=(ground,), instances=(build.instance(0, matrix=rotation),))
-    g = flatten(s, [None])
+    g = flatten(s, [{}])
     n = 20000
     points = g.vertices.astype(float).T @ rng.dirichlet(np.ones(4), n).T
     normal = g.facets[0, :3][:, None]

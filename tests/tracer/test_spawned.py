@@ -9,6 +9,7 @@ from hybrid_addon.tracer.geometry import flatten
 from hybrid_addon.tracer.interaction import interact
 from hybrid_addon.tracer.primitives import PrimitiveSet
 from hybrid_addon.tracer.rays import camera_rays
+from hybrid_addon.tracer.surfaces import compile_surfaces
 from hybrid_addon.tracer.tally import Tally
 
 RAYS = 1_000_000  # for each setting, shared by two bodies, two ways and 25 rays a hit
@@ -32,7 +33,7 @@ def hits_on(build, mesh, scale, offset):
     far[:3, 3] *= -1
     places = [build.instance(0, matrix=m)] + ([build.instance(0, matrix=far)] if offset else [])
     s = replace(build.scene(surfaces=(build.matte(),)), meshes=(mesh,), instances=tuple(places))
-    g = flatten(s, [None])
+    g = flatten(s, [{}])
     center = (m[:3, 3] - g.center)[:, None]
     o = rng.normal(size=(3, 2 * HITS))
     o = center + o / np.sqrt((o * o).sum(0)) * 3 * scale
@@ -44,7 +45,7 @@ def hits_on(build, mesh, scale, offset):
     hits = bodies.nearest(rays.origin, rays.direction, Tally())
     chosen = np.flatnonzero(hits.prim >= 0)[:HITS]
     assert len(chosen) == HITS
-    return bodies, interact(g, hits, rays, chosen)
+    return bodies, interact(g, compile_surfaces(s.surfaces), hits, rays, chosen)
 
 
 def directions(normal, rng):

@@ -174,6 +174,8 @@ def _mix(node: Node, reader: NodeReader, depth: int) -> Surface:
 
 
 def _add(node: Node, reader: NodeReader, depth: int) -> Surface:
+    first: Any
+    second: Any
     first, second = (surface_from(node.input(position), reader, depth) for position in (0, 1))
     emission = _sum(first.emission, second.emission)
     for only_glows, other in ((first, second), (second, first)):
@@ -183,7 +185,7 @@ def _add(node: Node, reader: NodeReader, depth: int) -> Surface:
     return replace(blend(first, second, 0.5), emission=emission)
 
 
-def blend(first: Surface, second: Surface, factor: float) -> Surface:
+def blend(first: Any, second: Any, factor: float) -> Surface:
     """`first` x (1 - factor) + `second` x factor, by the shares of light that each gives away.
 
     What one surface can hold only once (roughness, IOR, image) is taken from the one with the larger share of it.
@@ -222,7 +224,7 @@ def _locals_agree(first: Surface, second: Surface) -> bool:
     return first.roughness == second.roughness or first.specular == second.specular == BLACK
 
 
-def shares(surface: Surface) -> Shares:
+def shares(surface: Any) -> Shares:
     """(mirrored, local, transmitted), their sum 1."""
     rest = 1.0 - surface.reflectivity
     return surface.reflectivity, rest * surface.opacity, rest * (1.0 - surface.opacity)

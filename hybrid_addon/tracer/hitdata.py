@@ -1,0 +1,134 @@
+"""What expressions read at hits: images, and the interpolated data of a mesh's corners."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float32, Float64, Texture
+from .constants import BUMP_STEP
+from .geometry import Geometry
+from .primitives import barycentrics
+from .textures import sample_texture
+from .vectors import Array, cross, dot
+
+Numbers = NDArray[np.intp]
+
+
+class HitData:
+    """n hits, all on surface `surface` of the scene (expressions.Hits).
+
+    prim, point : (n,) and (3, n).   entering : (n,) bool, seen from the primitive's outer side.
+    normal, wo  : (3, n) shading normal on the side of wo, and the direction to the eye.
+    distance    : (n,) metres that the ray came.
+    """
+
+    def __init__(
+        self, geometry: Geometry, surface: int, prim: Numbers, point: Float64, entering: NDArray[np.bool_],
+        normal: Float32, wo: Float32, distance: Float64,
+    ) -> None:  # fmt: skip
+        self.geometry, self.surface, self.prim, self.point = geometry, surface, prim, point
+        self.entering, self.normal, self.wo, self.distance = entering, normal, wo, distance
+        self._layout = geometry.layouts[surface] if geometry.layouts else {}
+
+    def image(self, texture: Texture, uv: Array | None) -> Float32:
+        """RGBA (4, n)."""
+        u, v = self._coordinates("uv:" + texture.uv_map) if uv is None else uv[:2]
+        return sample_texture(texture, u, v)
+
+    def attribute(self, key: str) -> Float32:
+        """(width, n) float32: what the hit itself knows, or data of the mesh's corners, interpolated; else 0."""
+        own = self._OWN.get(key)
+        if own is not None:
+            return np.asarray(own(self), np.float32)
+        if key.startswith("uv:"):
+            return np.stack([*self._coordinates(key), np.zeros(len(self.prim))]).astype(np.float32)
+        return self._interpolated(key).astype(np.float32)
+
+    _OWN: ClassVar[dict[str, Callable[[HitData], Array]]] = {
+        "position": lambda hits: hits.point + hits.geometry.center[:, None],
+        "normal": lambda hits: hits.normal * hits._outward,
+        "incoming": lambda hits: hits.wo,
+        "backfacing": lambda hits: ~hits.entering[None],
+        "cosine": lambda hits: dot(hits.normal, hits.wo)[None],
+    }
+
+    @property
+    def _outward(self) -> Float32:
+        return np.where(self.entering, np.float32(1), np.float32(-1))
+
+    def gradient(self, value: Callable[[HitData], Array]) -> Float64:
+        """(3, n): how a number (1, n) grows along the surface, for each metre; over a step of about a pixel."""
+        normal = self.normal.astype(np.float64)
+        axis = np.where(np.abs(normal[0]) < 0.5, 1.0, 0.0)
+        first = cross(normal, np.stack([axis, 1 - axis, np.zeros_like(axis)]))
+        first /= np.sqrt(dot(first, first))
+        step, here = np.maximum(self.distance * BUMP_STEP, np.finfo(float).tiny), value(self)
+        result = np.zeros((3, len(self.prim)))
+        for direction in (first, cross(normal, first)):
+            there = HitData(
+                self.geometry, self.surface, self.prim, self.point + direction * step, self.entering, self.normal,
+                self.wo, self.distance,
+            )  # fmt: skip
+            result += direction * ((value(there)[0].astype(np.float64) - here[0]) / step)
+        return result
+
+    def facing_normal(self, outward: Array) -> Float32:
+        """Normals (3, n), given on the primitives' outer sides, as unit vectors on the side of wo.
+
+        Where there is none, or it would face away from the eye, the shading normal stays.
+        """
+        n = outward * self._outward
+        length = np.sqrt(dot(n, n))
+        usable = (length > 0) & np.isfinite(length) & (dot(n, self.wo) > 0)
+        return np.where(usable, n / np.where(usable, length, 1), self.normal).astype(np.float32)
+
+    @cached_property
+    def _weights(self) -> tuple[Numbers, Float64]:
+        """The hits on triangles and their barycentrics (3, m)."""
+        on_mesh = np.flatnonzero(self.prim < self.geometry.triangle_count)
+        b1, b2 = barycentrics(self.geometry, self.prim[on_mesh], self.point[:, on_mesh])
+        return on_mesh, np.stack([1 - b1 - b2, b1, b2])
+
+    def _interpolated(self, key: str) -> Float64:
+        start, width = self._layout.get(key, (0, 0))
+        data = self.geometry.corner_data
+        result = np.zeros((width or 3, len(self.prim)))
+        if width == 0 or data is None:
+            return result
+        on_mesh, (b0, b1, b2) = self._weights
+        k = data.shape[1] // 3
+        corner = data.take(self.prim[on_mesh], axis=0).T.astype(np.float64)
+        for i in range(width):
+            row = start + i
+            result[i, on_mesh] = corner[row] * b0 + corner[k + row] * b1 + corner[2 * k + row] * b2
+        return result
+
+    def _coordinates(self, key: str) -> tuple[Float64, Float64]:
+        """u, v (n,) from the UV map of triangles, longitude and latitude on spheres, metres on planes."""
+        geometry, prim, point = self.geometry, self.prim, self.point
+        nt, ns = geometry.triangle_count, geometry.sphere_count
+        u, v = self._interpolated(key)[:2]
+        on_sphere = np.flatnonzero((prim >= nt) & (prim < nt + ns))
+        if len(on_sphere):
+            x, y, z = point[:, on_sphere] - geometry.sphere_center[prim[on_sphere] - nt].T
+            u[on_sphere] = 0.5 + np.arctan2(y, x) / (2 * np.pi)
+            v[on_sphere] = 0.5 + np.arctan2(z, np.sqrt(x * x + y * y)) / np.pi
+        on_plane = np.flatnonzero(prim >= nt + ns)
+        if len(on_plane):
+            u[on_plane], v[on_plane] = _plane_coordinates(geometry.facets[prim[on_plane], :3].T, point[:, on_plane])
+        return u, v
+
+
+def _plane_coordinates(normal: Float64, point: Float64) -> tuple[Float64, Float64]:
+    """Coordinates along two axes of a plane; for a floor along x and y (Duff et al. 2017, branchless basis)."""
+    sign = np.where(normal[2] < 0, -1.0, 1.0)
+    a = -1 / (sign + normal[2])
+    b = normal[0] * normal[1] * a
+    x = (1 + sign * normal[0] ** 2 * a) * point[0] + sign * b * point[1] - sign * normal[0] * point[2]
+    y = b * point[0] + (sign + normal[1] ** 2 * a) * point[1] - normal[1] * point[2]
+    return x, y

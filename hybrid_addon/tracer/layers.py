@@ -1,0 +1,212 @@
+"""Layered surfaces, as EEVEE draws Principled: from the top sheen, coat, metal, transmission, dielectric, diffuse.
+
+A layer's reflection has a colour, its directional albedo, which is taken from all that lies below. A layer is worked
+out as one number for each view angle (split sum, Karis 2013), so a hit needs no more than its own cosine. What becomes
+of a reflection depends on its roughness: below TRACED_ROUGHNESS a ray follows it; above, it is the world's blurred
+image (`CompiledWorld.glossy`), as in EEVEE without ray tracing. A metal's is always followed.
+
+Sources: gpu_shader_material_principled.glsl (order and weights), Fdez-Aguera 2019 (multiple scattering), Kutz et al.
+2021, Novel aspects of the Adobe Standard Material (F82).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float32, Float64
+from .constants import MIN_ROUGHNESS, TRACED_ROUGHNESS
+from .surfaces import Fields, columns
+from .vectors import Array
+
+TABLE_SIZE = 32
+"""Steps of cosine and roughness in the table of albedos; 48 x 48 directions are summed for each."""
+DIRECTIONS = 48
+FULL_F90_IOR = 1.33
+"""From IOR 1 to this EEVEE lets the reflectance at grazing angles grow from 0 to 1."""
+EDGE_COSINE = 1 / 7
+"""Of 82 degrees, where the edge tint of a metal holds."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lobes:
+    """Reflections of c columns of a table.
+
+    layered : (c,) bool; the others answer by their own highlight.
+    base, coat : (3, c) and (c,) colour of the two lobes, for lights.
+    base_blurred, coat_blurred : the same of what no ray follows, for the world.
+    base_roughness, coat_roughness : (c,)
+    """
+
+    layered: NDArray[np.bool_]
+    base: Float32
+    coat: Float32
+    base_blurred: Float32
+    coat_blurred: Float32
+    base_roughness: Float32
+    coat_roughness: Float32
+
+
+# ------------------------------------------------------------------------------------------------ albedos
+
+
+@cache
+def albedo_table() -> Float64:
+    """(3, roughness, cosine): int of a GGX lobe times 1 - (1 - wo.h)^5, (1 - wo.h)^5 and wo.h (1 - wo.h)^6.
+
+    Visible normals in equal shares (Heitz 2018), each weighing G1(wi); separable masking.
+    """
+    cos = (np.arange(TABLE_SIZE) / (TABLE_SIZE - 1)).clip(1e-4)[None, :, None, None]
+    alpha = (np.arange(TABLE_SIZE) / (TABLE_SIZE - 1)).clip(1e-2)[:, None, None, None] ** 2
+    steps = (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
+    radius, phi = np.sqrt(steps)[:, None], 2 * np.pi * steps[None, :]
+    sin = np.sqrt(1 - cos * cos)
+    stretched = np.sqrt((alpha * sin) ** 2 + cos * cos)
+    x, z = alpha * sin / stretched, cos / stretched
+    p = radius * np.cos(phi)
+    q = radius * np.sin(phi)
+    q = (1 - (1 + z) / 2) * np.sqrt(1 - p * p) + (1 + z) / 2 * q
+    w = np.sqrt(np.maximum(1 - p * p - q * q, 0))
+    # The frame around the stretched direction (x, 0, z): (0, 1, 0), (-z, 0, x).
+    hx, hy, hz = alpha * (w * x - q * z), alpha * p, np.maximum(w * z + q * x, 0)
+    length = np.sqrt(hx * hx + hy * hy + hz * hz)
+    hx, hz = hx / length, hz / length
+    wo_h = np.clip(sin * hx + cos * hz, 0, 1)
+    cos_i = 2 * wo_h * hz - cos
+    masked = np.where(cos_i > 0, _masking(np.maximum(cos_i, 1e-6), alpha), 0)
+    grazing = (1 - wo_h) ** 5
+    return np.stack([(masked * f).mean((2, 3)) for f in (1 - grazing, grazing, wo_h * grazing * (1 - wo_h))])
+
+
+def _masking(cos: Array, alpha: Array) -> Array:
+    """Smith's G1 of GGX."""
+    return 2 * cos / (cos + np.sqrt(alpha * alpha + (1 - alpha * alpha) * cos * cos))
+
+
+def albedos(cos: Float64, roughness: Float64) -> Float64:
+    """The three sums (3, n) at view cosines (n,), bilinear."""
+    table = albedo_table()
+    x, y = np.clip(cos, 0, 1) * (TABLE_SIZE - 1), np.clip(roughness, 0, 1) * (TABLE_SIZE - 1)
+    i, j = np.minimum(x.astype(np.intp), TABLE_SIZE - 2), np.minimum(y.astype(np.intp), TABLE_SIZE - 2)
+    u, v = x - i, y - j
+    low = table[:, j, i] * (1 - u) + table[:, j, i + 1] * u
+    high = table[:, j + 1, i] * (1 - u) + table[:, j + 1, i + 1] * u
+    return low * (1 - v) + high * v
+
+
+def reflectance(f0: Float64, f90: Float64 | float, sums: Float64) -> Float64:
+    """Albedo (3, n) of a lobe with Schlick's Fresnel, with the light that the microfacets scatter more than once."""
+    single = f0 * sums[0] + f90 * sums[1]
+    missing = 1 - (sums[0] + sums[1])
+    mean = f0 + (f90 - f0) / 21
+    return single + single * mean / (1 - missing * mean) * missing
+
+
+def metal_reflectance(f0: Float64, edge: Float64, sums: Float64) -> Float64:
+    """Albedo (3, n) of a metal: Schlick's, less a (1 - edge tint) of itself at 82 degrees."""
+    schlick = 1 + (f0 - 1) * (1 - (1 - EDGE_COSINE) ** 5)
+    excess = schlick * (1 - edge) / (EDGE_COSINE * (1 - EDGE_COSINE) ** 6)
+    return np.clip(reflectance(f0, 1.0, sums) - excess * sums[2], 0, 1)
+
+
+def normal_reflectance(ior: Float64) -> Float64:
+    """F0 of a dielectric."""
+    return ((ior - 1) / (ior + 1)) ** 2
+
+
+def grazing_reflectance(f0: Float64) -> Float64:
+    """F90 of a dielectric, smaller for IORs close to 1: they must vanish."""
+    return np.minimum(np.sqrt(f0) * (FULL_F90_IOR + 1) / (FULL_F90_IOR - 1), 1)
+
+
+def sheen_albedo(cos: Float64, roughness: Float64) -> Float64:
+    """EEVEE's fit to the albedo of its sheen."""
+    c, r = cos, roughness
+    a = 35.6694 * r * r - 24.4269 * r * c - 0.1405 * c * c + 6.1211 * r + 0.28105 * c - 0.1405
+    b = 58.5299 * r * r - 85.0941 * r * c + 9.8955 * c * c + 1.9250 * r + 74.2268 * c - 0.2246
+    return np.clip(a / np.where(b != 0, b, 1), 0, 1)
+
+
+def slab_tint(color: Float64, cos: Float64, ior: Float64) -> Float64:
+    """What passes obliquely through a slab that passes `color` at right angles (Beer and Lambert)."""
+    return np.power(np.maximum(color, 0), ior / np.sqrt(ior * ior - (1 - cos * cos)))
+
+
+# ------------------------------------------------------------------------------------------------ the stack
+
+
+def layered_columns(fields: Fields, cos: Float64) -> tuple[dict[str, Any], Lobes]:
+    """Columns of the surface table, and lobes, of n hits seen at `cos` (n,)."""
+    f = fields
+    metal, (body, passing) = f["reflectivity"], _split(f)
+    straight = f["ior"] == 1
+    covered = np.where(straight, 1 - passing, 1.0)  # what passes unbent misses all layers: Alpha
+    sums, coat_sums = albedos(cos, f["roughness"][0]), albedos(cos, f["coat_roughness"][0])
+
+    sheen = f["sheen"] * f["sheen_tint"] * sheen_albedo(cos, f["sheen_roughness"][0])
+    below = np.maximum(1 - sheen.max(0, keepdims=True), 0)
+
+    coat_f0 = normal_reflectance(f["coat_ior"])
+    coat_albedo = f["coat"] * (coat_f0 * coat_sums[0] + grazing_reflectance(coat_f0) * coat_sums[1])
+    coat = (covered * below * coat_albedo)[0]
+    below = below * np.maximum(1 - coat_albedo, 0)
+    tint = 1 + (slab_tint(f["coat_tint"], cos, f["coat_ior"]) - 1) * np.minimum(f["coat"], 1)
+    under = below * tint
+
+    metal_lobe = under * metal * metal_reflectance(f["reflection_tint"], f["edge_tint"], sums)
+    glass_f0 = normal_reflectance(f["ior"])
+    glass_lobe = under * passing * f["interface_tint"] * reflectance(glass_f0, grazing_reflectance(glass_f0), sums)
+    f0 = f["specular"]
+    dielectric = reflectance(f0, grazing_reflectance(f0), sums)
+    gloss = under * body * dielectric
+    diffuse = under * body * (1 - dielectric.max(0)) * f["base_color"] + covered * sheen
+
+    traced, coat_traced = f["roughness"] < TRACED_ROUGHNESS, f["coat_roughness"][0] < TRACED_ROUGHNESS
+    interface = np.where(straight, passing, passing * below)
+    through = np.where(straight, 1.0, tint)
+    mirror = metal_lobe + np.where(traced, gloss, 0) + np.where(coat_traced, coat, 0)
+    changed = {
+        "base_color": diffuse,
+        "specular": np.zeros_like(diffuse),
+        "emission": f["emission"] * under,
+        "mirror": mirror,
+        "interface": interface[0],
+        "interface_tint": f["interface_tint"] * through,
+        "tint": f["transmission_tint"] * through,
+        "local": np.ones_like(cos),
+    }
+    result = columns(f)
+    result.update({name: value.astype(np.float32) for name, value in changed.items()})
+    lobes = (metal_lobe + gloss + np.where(straight, 0, glass_lobe), coat)
+    blurred = (np.where(traced, 0, gloss), np.where(coat_traced, 0, coat))
+    rough = (f["roughness"][0], f["coat_roughness"][0])
+    return result, Lobes(np.ones(len(cos), bool), *(np.asarray(a, np.float32) for a in (*lobes, *blurred, *rough)))
+
+
+def _split(f: Fields) -> tuple[Float64, Float64]:
+    """Shares (1, n) of the dielectric body and of what is transmitted."""
+    rest = 1 - f["reflectivity"]
+    return rest * f["opacity"], rest * (1 - f["opacity"])
+
+
+# ------------------------------------------------------------------------------------------------ lights
+
+
+def ggx_highlight(cos_h: Float32, cos_i: Float32, cos_o: Float32, roughness: Float32, light_radius: Float32) -> Float32:
+    """A GGX lobe times cos_i, normalised to albedo 1: (n,).
+
+    f cos_i = D G1(wi) G1(wo) / (4 cos_o), over the albedo of the same. A light of angular radius `light_radius` (n,)
+    widens the lobe: half of it, as a mirror turns reflected rays by twice its own angle.
+    """
+    alpha = np.maximum(roughness, MIN_ROUGHNESS) ** 2
+    alpha2 = np.minimum(alpha * alpha + (light_radius / 2) ** 2, 1)
+    alpha = np.sqrt(alpha2)
+    t = cos_h * cos_h * (alpha2 - 1) + 1
+    d = alpha2 / (np.pi * t * t)
+    lobe = d * _masking(cos_i, alpha) * _masking(cos_o, alpha) / (4 * cos_o)
+    sums = albedos(cos_o.astype(np.float64), np.sqrt(alpha).astype(np.float64))
+    return np.asarray(lobe / np.maximum(sums[0] + sums[1], 0.1), np.float32)
