@@ -25,7 +25,8 @@ EMBREE_LIMIT = 1.0e18
 MAX_STRAIGHT_PASSES = 256
 """A ray goes unbent through at most so many index-matched (IOR 1) surfaces; the rest goes to the residual."""
 
-BUDGET_UNIT = 2.0**-40
+BUDGET_BITS = 40
+BUDGET_UNIT = 2.0**-BUDGET_BITS
 """The cutoff's budget is counted in whole units of this share of a sample: sums of integers are exact in any order."""
 
 MAX_SHADOW_CROSSINGS = 64

@@ -12,7 +12,7 @@ from .geometry import Geometry
 from .primitives import Hits, barycentrics
 from .rays import Rays, offset_origin, origin_offset
 from .surfaces import SurfaceTable
-from .vectors import Index, dot, take
+from .vectors import Index, count, dot, put, select, take
 
 Numbers = NDArray[np.intp]
 
@@ -104,20 +104,19 @@ def _shading_normal(
     """Interpolated normals (3, n) on the side of n_geometric; n_geometric itself where a triangle is flat."""
     if geometry.normals is None:
         return n_geometric
-    smooth = np.flatnonzero(geometry.smooth.take(prim))
-    if len(smooth) == 0:
+    smooth = select(geometry.smooth.take(prim))
+    if count(smooth, len(prim)) == 0:
         return n_geometric
-    u, v = barycentrics(geometry, prim[smooth], point[:, smooth])
-    corner = np.ascontiguousarray(geometry.normals.take(prim[smooth], axis=0).T)
+    u, v = barycentrics(geometry, take(prim, smooth), take(point, smooth))
+    corner = np.ascontiguousarray(geometry.normals.take(take(prim, smooth), axis=0).T)
     n = corner[0:3] * (1 - u - v).astype(np.float32) + corner[3:6] * u.astype(np.float32)
     n += corner[6:9] * v.astype(np.float32)
     length = np.sqrt(dot(n, n))
-    n *= np.where(entering[smooth], np.float32(1), np.float32(-1)) / np.where(length > 0, length, np.float32(1))
+    n *= np.where(take(entering, smooth), np.float32(1), np.float32(-1)) / np.where(length > 0, length, np.float32(1))
     # A normal that vanishes or points into its own surface tells nothing: the geometric one then.
-    usable = dot(n, n_geometric[:, smooth]) > 0
-    result = n_geometric.copy()
-    result[:, smooth] = np.where(usable, n, n_geometric[:, smooth])
-    return result
+    facing = take(n_geometric, smooth)
+    np.copyto(n, facing, where=~(dot(n, facing) > 0))
+    return put(n_geometric, smooth, n)
 
 
 def shadow_origin(geometry: Geometry, hit: Interaction) -> Float32:
@@ -128,18 +127,16 @@ def shadow_origin(geometry: Geometry, hit: Interaction) -> Float32:
     """
     if hit.n_shading is hit.n_geometric or geometry.normals is None:
         return hit.outer
-    smooth = np.flatnonzero(geometry.smooth.take(hit.prim))
-    if len(smooth) == 0:
+    smooth = select(geometry.smooth.take(hit.prim))
+    if count(smooth, len(hit.prim)) == 0:
         return hit.outer
-    prim, point = hit.prim[smooth], hit.point[:, smooth]
+    prim, point, sign = take(hit.prim, smooth), take(hit.point, smooth), np.where(take(hit.entering, smooth), 1, -1)
     u, v = barycentrics(geometry, prim, point)
-    normals = geometry.normals.take(prim, axis=0).T * np.where(hit.entering[smooth], np.float32(1), np.float32(-1))
+    normals = np.ascontiguousarray(geometry.normals.take(prim, axis=0).T) * sign.astype(np.float32)
     lifted = point.copy()
     for i, weight in enumerate((1 - u - v, u, v)):
-        corner = geometry.vertices.take(geometry.triangles[prim, i], axis=0).T
+        corner = np.ascontiguousarray(geometry.vertices.take(geometry.triangles[:, i].take(prim), axis=0).T)
         n = normals[3 * i : 3 * i + 3].astype(np.float64)
         lifted += n * (weight * np.maximum(dot(corner - point, n), 0))
-    result = hit.outer.copy()
-    facing = hit.n_geometric[:, smooth].astype(np.float64)
-    result[:, smooth] = offset_origin(lifted, facing, hit.offset[smooth])
-    return result
+    facing = take(hit.n_geometric, smooth).astype(np.float64)
+    return put(hit.outer, smooth, offset_origin(lifted, facing, take(hit.offset, smooth)))

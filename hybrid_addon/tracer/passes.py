@@ -35,6 +35,9 @@ Pixels = NDArray[np.intp]
 POLL_SECONDS = 0.1
 """How often the caller hears of progress, and may cancel."""
 
+LONGEST_CHUNK = 1 << 22
+"""However large chunks are asked for: samples of a chunk and their budgets share 64 bits (see `sums`)."""
+
 SMALLEST_SHARE = 1 << 13
 """Small pictures are split evenly over the threads, but not into fewer camera rays than pay for a wave's overhead."""
 
@@ -98,7 +101,7 @@ class Passes:
         """
         threads = self.settings.threads or os.cpu_count() or 1
         share = max(SMALLEST_SHARE, len(pixels) * work.count // (2 * threads))  # a small picture is for all threads
-        longest = self.settings.chunk if deadline == math.inf else min(self.settings.chunk, SHORT_CHUNK)
+        longest = min(self.settings.chunk, LONGEST_CHUNK if deadline == math.inf else SHORT_CHUNK)
         size = max(1, min(longest, share) // work.count)
         (done, until), in_time = progress, True
         chunks: Iterator[Pixels] = (pixels[i : i + size] for i in range(0, len(pixels), size))

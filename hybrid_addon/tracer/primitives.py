@@ -147,7 +147,7 @@ class PrimitiveSet:
         grazing = np.flatnonzero((np.abs(hits.toward) < GRAZING_COSINE) & (hits.prim >= 0))
         if len(grazing) == 0:
             return
-        point = origin[:, grazing] + hits.t[grazing] * direction[:, grazing]
+        point = origin.take(grazing, axis=1) + hits.t[grazing] * direction.take(grazing, axis=1)
         u, v = barycentrics(self.geometry, hits.prim[grazing], point, clamp=False)
         # In the plane, the float32 ray itself is uncertain by an ulp over the cosine, and so is the hit.
         slack = BARYCENTRIC_SLACK + FLOAT32_ULP / np.abs(hits.toward[grazing])
@@ -208,8 +208,9 @@ def barycentrics(
     geometry: Geometry, prim: NDArray[np.integer], point: Float64, clamp: bool = True
 ) -> tuple[Float64, Float64]:
     """Weights (u, v) (n,) of the second and third corner of triangles `prim` at points (3, n), in float64."""
-    corners = geometry.vertices.take(geometry.triangles.take(prim, axis=0).T, axis=0).astype(np.float64)
-    v0, e1, e2 = corners[0].T, (corners[1] - corners[0]).T, (corners[2] - corners[0]).T
+    corners = geometry.vertices.take(geometry.triangles.take(prim, axis=0).T, axis=0)
+    v0, v1, v2 = corners.transpose(0, 2, 1).astype(np.float64, order="C")
+    e1, e2 = v1 - v0, v2 - v0
     x, y, z = point[0] - v0[0], point[1] - v0[1], point[2] - v0[2]
     d11 = e1[0] * e1[0] + e1[1] * e1[1] + e1[2] * e1[2]
     d12 = e1[0] * e2[0] + e1[1] * e2[1] + e1[2] * e2[2]

@@ -194,14 +194,17 @@ def _transmittance(scene: CompiledScene, origin: Float32, wi: Float32, t_max: Fl
             )
         fresnel, tint = fresnel_dielectric(np.abs(toward), table.ior.take(surface)), table.tint.take(surface, axis=1)
         fresnel, tint = both_faces(fresnel, tint, scene.media.is_thin(prim.astype(np.intp)))
-        result[:, active] *= (tint * (table.interface.take(surface) * (1 - fresnel))).astype(np.float32)
+        passed = result.take(active, axis=1)
+        passed *= (tint * (table.interface.take(surface) * (1 - fresnel))).astype(np.float32)
+        for row, values in zip(result, passed, strict=True):
+            row[active] = values
         # Go on behind the surface, unless nothing is left.
-        alive = np.flatnonzero((result[:, active] > 0).any(axis=0))
+        alive = np.flatnonzero((passed > 0).any(axis=0))
         active, d, prim, t = active[alive], d.take(alive, axis=1), prim[alive], t[alive]
         if len(active) == 0:
             return result
-        onward = normal[:, alive] * np.sign(toward[alive])
-        point = origin[:, crossed[alive]] + d * t
+        onward = normal.take(alive, axis=1) * np.sign(toward[alive])
+        point = origin.take(crossed[alive], axis=1) + d * t
         travelled = travelled[crossed[alive]] + t
         origin = offset_origin(point, onward, origin_offset(point.astype(np.float32), geometry.extent.take(prim)))
     result[:, active] = 0

@@ -105,7 +105,7 @@ def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally:
     cut = sums.cuttable(np.concatenate([rays.sample, rays.sample]), weight).reshape(2, -1)
     for throughput, ended in zip((split.reflected, split.transmitted), cut, strict=True):
         lost = np.flatnonzero(ended)
-        sums.add_residual(rays.sample[lost], throughput[:, lost])
+        sums.add_residual(rays.sample[lost], throughput.take(lost, axis=1))
         tally.add("cut", len(lost))
     return reflects & ~cut[0], transmits & ~cut[1]
 
@@ -115,7 +115,7 @@ def _within(rays: Rays, weight: Float32, limit: Bools, sums: Sums) -> Bools:
     wanted = (weight != 0).any(axis=0)
     cut = np.flatnonzero(wanted & ~limit)
     if len(cut):
-        sums.add_residual(rays.sample[cut], weight[:, cut])
+        sums.add_residual(rays.sample[cut], weight.take(cut, axis=1))
     return wanted & limit
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
-from .constants import BUDGET_UNIT
+from .constants import BUDGET_BITS, BUDGET_UNIT
 from .signature import Signatures
 from .vectors import largest_component
 
@@ -95,19 +95,40 @@ class Sums:
             return result
         candidates = np.flatnonzero((weight > 0) & (weight <= np.float32(self.allowed * BUDGET_UNIT)))
         cost, owner = budget_units(weight[candidates]), sample[candidates]
-        order = np.lexsort((cost, owner))  # stable: equal costs keep their order
+        left = self.allowed - self.spent[owner]
+        # What alone is too much is out, and so is, as cut, all of a sample that fits together: the rest is few.
+        possible = cost <= left
+        candidates, cost, owner, left = candidates[possible], cost[possible], owner[possible], left[possible]
+        together = np.bincount(owner, cost)[owner] <= left
+        result[candidates[together]] = True
+        candidates, cost, owner, left = candidates[~together], cost[~together], owner[~together], left[~together]
+        order = _argsort(owner, cost)
         cost, owner = cost[order], owner[order]
         total = np.cumsum(cost)
         starts = np.flatnonzero(np.diff(owner, prepend=-1))
         before = np.repeat((total - cost)[starts], np.diff(starts, append=len(owner)))
-        affordable = total - before <= self.allowed - self.spent[owner]
-        result[candidates[order[affordable]]] = True
+        result[candidates[order[total - before <= left[order]]]] = True
         return result
 
     def _group(self, sample: Numbers) -> Numbers:
         if self.count == self.groups:
             return sample
         return (sample if self.groups == 1 else sample * self.groups) // self.count
+
+
+def _argsort(owner: Numbers, cost: NDArray[np.int64]) -> Numbers:
+    """Order by owner, then cost; equal ones keep their order.
+
+    Numpy's vectorised sort, seven times as fast as lexsort, does not keep it: equal ones are sorted once more.
+    """
+    key = (owner << BUDGET_BITS) | cost
+    order = np.argsort(key)
+    key = key[order]
+    equal = np.flatnonzero(key[1:] == key[:-1])
+    if len(equal):
+        equal = np.union1d(equal, equal + 1)
+        order[equal] = order[equal][np.lexsort((order[equal], key[equal]))]
+    return order
 
 
 def budget_units(weight: Float32) -> NDArray[np.int64]:

@@ -64,6 +64,16 @@ def take(a: Array, index: Index) -> Array:
     return a.take(index, axis=-1)
 
 
+def put(a: Array, index: Index, columns: Array) -> Array:
+    """A copy of (k, n) with its columns `index` replaced; the columns themselves where they are everything."""
+    if isinstance(index, slice):
+        return columns
+    result = a.copy()
+    for row, values in zip(result, columns, strict=True):
+        row[index] = values
+    return result
+
+
 def count(index: Index, n: int) -> int:
     """How many of `n` columns an index from `select` takes."""
     return n if isinstance(index, slice) else len(index)

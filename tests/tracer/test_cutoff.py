@@ -7,6 +7,7 @@ import pytest
 
 from hybrid_addon.scene import PointLight, Settings, World
 from hybrid_addon.tracer import trace
+from hybrid_addon.tracer.constants import BUDGET_UNIT
 from hybrid_addon.tracer.sums import Sums
 
 ALL = Settings(samples=4, see="ALL", threads=1, max_depth=9)
@@ -100,6 +101,26 @@ def test_a_sample_spends_its_own_budget_on_its_smallest_branches():
     sums.add_residual(sample[first], np.stack([weight[first]] * 3))
     np.testing.assert_array_equal(sums.residual, [0.3125, 0])
     np.testing.assert_array_equal(sums.cuttable(sample, weight), [False, False, True, False, False, True])
+
+
+@pytest.mark.parametrize("different", [2, 5, 1000])
+def test_equal_branches_are_cut_in_their_order_exact(different):
+    """The budget of each sample pays for some of its branches, of which many are equal."""
+    random = np.random.default_rng(different)
+    sample = random.integers(0, 300, 5000)
+    weight = (random.integers(1, different + 1, 5000) / 2**13).astype(np.float32)
+    cut = Sums.zeros(300, cutoff=float(weight.mean()) * 8).cuttable(sample, weight)
+    left = np.full(300, int(float(weight.mean()) * 8 / BUDGET_UNIT))
+    expected = np.zeros(5000, bool)
+    spent_out = np.zeros(300, bool)
+    for i in np.lexsort((weight, sample)):
+        cost = int(weight[i] / BUDGET_UNIT)
+        spent_out[sample[i]] |= cost > left[sample[i]]
+        if not spent_out[sample[i]]:
+            left[sample[i]] -= cost
+            expected[i] = True
+    np.testing.assert_array_equal(cut, expected)
+    assert 0.2 < cut.mean() < 0.95
 
 
 @pytest.mark.parametrize("cutoff", [-1e-3, 1.0, float("nan")])
