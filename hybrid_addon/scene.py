@@ -348,6 +348,8 @@ class Settings:
     seed          : of the sampling pattern, together with the pixel's absolute position.
     adaptive      : 0 = all samples in every pixel; else pixels stop at 4 whose samples and neighbours agree in what
                     they met and, within this contrast, in colour. What brings less than this share does not count.
+    keep          : names of prunings (tracer.plan.PRUNINGS) to do without, so that tests can show that the exact ones
+                    change no bit.
     """
 
     samples: int = 16
@@ -360,6 +362,7 @@ class Settings:
     seed: int = 0
     cutoff: float = 0.0
     adaptive: float = 0.0
+    keep: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, eq=False)
@@ -373,6 +376,7 @@ class Film:
     time       : seconds by phase, wall and cpu: {"build": {"wall": s, "cpu": s}, ...}.
     invariants : counters that must be 0.
     skipped    : what the plan left out: [{"what", "why", "count"}].
+    plan       : every pruning and whether it applied: [{"name", "class", "leaves_out", "when", "applies"}].
     sampling   : samples_mean, samples_max; rmse, the error to expect of them (None: unknown), and the slope that it
                  falls with; audit, of the pixels that adaptive sampling left alone.
     """
@@ -385,3 +389,4 @@ class Film:
     invariants: dict[str, int]
     skipped: list[dict[str, object]]
     sampling: dict[str, object] = field(default_factory=dict)
+    plan: list[dict[str, object]] = field(default_factory=list)

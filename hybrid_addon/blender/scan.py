@@ -21,6 +21,7 @@ def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     scene = scene or bpy.context.scene
     translation = translated(scene)
     mode = pipeline.effective_mode(scene)
+    planned = None if mode == "RASTER" else describe(translation.scene, engine.tracer_settings(scene))
     return {
         "scene": scene.name,
         "mode": mode,
@@ -28,7 +29,8 @@ def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
         "ray_traced": [ob.name for ob in pipeline.flagged_objects(scene)],
         "settings": engine.public_settings(scene),
         "counts": dict(translation.counts),
-        "skipped": [] if mode == "RASTER" else describe(translation.scene, engine.tracer_settings(scene)),
+        "skipped": [] if planned is None else list(planned.skipped),
+        "prunings": [] if planned is None else planned.table(),
         "warnings": [*translation.warnings],
     }
 

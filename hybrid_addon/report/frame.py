@@ -49,6 +49,7 @@ def frame_report(
         "time": {**(film.time if film else {}), **{phase: dict(seconds) for phase, seconds in time.items()}},
         "rays": dict(film.rays) if film else dict(EMPTY_RAYS),
         "skipped": [*map(dict, skipped), *(film.skipped if film else [])],
+        "plan": [*map(dict, film.plan)] if film else [],
         "error": {
             "bound_max": float(np.max(residual)),
             "bound_mean": float(np.mean(residual, dtype=np.float64)),

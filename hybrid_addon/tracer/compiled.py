@@ -39,10 +39,11 @@ class CompiledScene:
     def _make_sets(self) -> None:
         g, table = self.geometry, self.surfaces
         self.seen_by_camera = self._set(g.camera)
-        secondary = g.secondary if self.plan.reflection or self.plan.refraction else np.zeros_like(g.secondary)
-        self.seen_by_secondary = self._set(secondary)
+        self.seen_by_secondary = self._set(g.secondary if self.plan.secondary else np.zeros_like(g.secondary))
         casts = g.shadow if self.plan.shadows else np.zeros_like(g.shadow)
         opaque, clear = table.shadow_opaque[g.surface], table.shadow_clear[g.surface]
+        if not self.plan.any_hit:
+            opaque = np.zeros_like(opaque)
         self.shadow_opaque = self._set(casts & opaque)
         self.shadow_tinted = self._set(casts & ~opaque & ~clear)
 

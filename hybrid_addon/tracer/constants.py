@@ -128,6 +128,9 @@ BUMP_STEP = 1.0e-3
 SPOT_BLEND_FLOOR = 1.0e-8
 """EEVEE's guard for a spot without blend: max(1e-8, (1 - cos) blend); dimensionless."""
 
+REACH_MARGIN = 2.0**-16
+"""A light is out of reach only if it is by this share of the coordinates: 128 ulp, more than its own rounding."""
+
 FAR_AREA_RATIO = 64.0
 """An area light further away than so many half diagonals is a point to 2e-4; its edge sum would cancel in float32."""
 

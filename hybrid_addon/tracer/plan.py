@@ -1,23 +1,26 @@
-"""What a scene does not need. Every omission here is exact: the picture is the same, bit for bit, with it and without.
+"""What a scene does not need: every pruning, what it leaves out, and whether the picture can tell.
 
-Only surfaces that rays can reach count: those that camera rays can stop at, and, if one of these reflects or
-transmits, all that secondary rays can meet.
+Exact prunings change no bit of the picture; `Settings.keep` switches them off by name, so that tests can show it. Only
+surfaces that rays can reach count: those that camera rays can stop at, and, if one of these reflects or transmits, all
+that secondary rays can meet.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Scene, Settings
+from ..scene import RGB, Scene, Settings, Texture, World
 from .geometry import Geometry, flatten
 from .lights import CompiledLight, compile_lights
 from .media import Media
+from .reach import bounds_of, can_reach
 from .solids import find_solids
-from .surfaces import SurfaceTable, compile_surfaces, layout
+from .surfaces import SurfaceTable, compile_surfaces, expressions_of, layout
 from .validate import validate
 from .world import CompiledWorld
 
@@ -25,28 +28,110 @@ Skipped = list[dict[str, object]]
 
 
 @dataclass(frozen=True)
+class Pruning:
+    """Something that can be left out.
+
+    name : for `Settings.keep`.   leaves_out, when : as text.
+    kind : "exact" always changes no bit; "exact if": no bit, under the condition that `when` states and the plan
+           proves; "bounded": the error is at most the residual; "heuristic": an audit estimates it.
+    """
+
+    name: str
+    kind: Literal["exact", "exact if", "bounded", "heuristic"]
+    leaves_out: str
+    when: str
+
+
+PRUNINGS = (
+    Pruning("unmasked", "exact", "pixels", "the mask is 0 there (with an empty mask nothing is traced)"),
+    Pruning("reflection", "exact if", "reflected rays", "all that rays reach mirrors nothing, and is opaque or IOR 1"),
+    Pruning("refraction", "exact if", "refracted rays", "every surface that rays reach is opaque"),
+    Pruning("weightless", "exact", "single reflected and refracted rays", "they carry nothing: R or T is 0 there"),
+    Pruning("secondary", "exact if", "the search tree for reflected and refracted rays", "there are no such rays"),
+    Pruning("emission", "exact if", "emission", "no surface that rays reach emits"),
+    Pruning("ambient", "exact if", "ambient light", "the world is black, or no surface that rays reach answers to it"),
+    Pruning("diffuse", "exact if", "diffuse light", "no surface that rays reach answers to it"),
+    Pruning("highlights", "exact if", "highlights", "no surface that rays reach has one"),
+    Pruning("black-lights", "exact", "lights", "they are black"),
+    Pruning("far-lights", "exact if", "lights", "all that could answer to them is out of their range or behind them"),
+    Pruning("shadows", "exact if", "all shadow rays", "no light casts shadows, or nothing can cast one"),
+    Pruning("unlit", "exact", "single shadow rays", "no light would arrive: it is behind, out of range or cone"),
+    Pruning("any-hit", "exact if", "the nearest hit along shadow rays", "what is hit is opaque: any hit will do"),
+    Pruning("normals", "exact if", "shading normals", "every triangle is flat"),
+    Pruning("textures", "exact if", "texture look-ups", "no value varies over a surface"),
+    Pruning("environment", "exact if", "environment look-ups", "the world is uniform"),
+    Pruning("world", "exact if", "light of rays that leave the scene", "the world is black"),
+    Pruning("media", "exact if", "the stack of media around each ray", "no closed body transmits"),
+    Pruning("cutoff", "bounded", "rays that bring little", "Cutoff is above 0: no sample loses more than that"),
+    Pruning("adaptive", "heuristic", "samples", "Adaptive is above 0: the pixel's first samples and neighbours agree"),
+)
+"""All prunings, in the order in which a frame meets them. README shows this table."""
+
+BY_NAME = {pruning.name: pruning for pruning in PRUNINGS}
+
+
+@dataclass(frozen=True)
 class Plan:
     """Which stages of the wave loop run at all.
 
     reflection, refraction : spawn such rays (refraction includes straight passes through IOR 1).
-    ambient, diffuse, specular : terms of local shading that can differ from 0.
-    shadows : trace shadow rays.  emission : add it.
-    skipped : what was left out: {"what", "why", "count"}.
+    secondary : build what they can meet.   weightless : spawn them even where they carry nothing.
+    ambient, diffuse, specular : terms of local shading that can differ from 0.   emission : add it.
+    world     : add the light of rays that leave the scene.
+    shadows   : trace shadow rays.   unlit : even where no light would arrive.   any_hit : ask for any hit where it will
+                do.
+    applies   : pruning -> whether it is made.   skipped : what was left out: {"what", "why", "count"}.
     """
 
     reflection: bool
     refraction: bool
+    secondary: bool
+    weightless: bool
     ambient: bool
     diffuse: bool
     specular: bool
     shadows: bool
+    unlit: bool
+    any_hit: bool
     emission: bool
+    world: bool
+    applies: dict[str, bool] = field(default_factory=dict)
     skipped: Skipped = field(default_factory=list)
 
     @property
     def local(self) -> bool:
         """Whether any local shading is left."""
         return self.ambient or self.diffuse or self.specular
+
+    def table(self) -> Skipped:
+        """Every pruning, as the report shows it."""
+        return [
+            {
+                "name": p.name,
+                "class": p.kind,
+                "leaves_out": p.leaves_out,
+                "when": p.when,
+                "applies": self.applies.get(p.name, False),
+            }
+            for p in PRUNINGS
+        ]
+
+
+@dataclass(eq=False)
+class _Notes:
+    """What is left out so far."""
+
+    keep: frozenset[str]
+    applies: dict[str, bool] = field(default_factory=dict)
+    skipped: Skipped = field(default_factory=list)
+
+    def spare(self, name: str, possible: bool, why: str = "", count: int = 1) -> bool:
+        """Whether to leave something out, given that it is possible; noted, and with a reason also listed."""
+        left_out = bool(possible) and name not in self.keep
+        self.applies[name] = self.applies.get(name, False) or left_out
+        if left_out and why:
+            self.skipped.append({"what": BY_NAME[name].leaves_out, "why": why, "count": count})
+        return left_out
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,21 +147,46 @@ class Prepared:
 
 
 def prepare(scene: Scene, settings: Settings) -> Prepared:
-    """Compile a validated scene to tables and plan the work on it."""
+    """Compile a validated scene to tables and plan the work on it. Raises ValueError for a pruning that is none."""
+    unknown = sorted(settings.keep - BY_NAME.keys())
+    if unknown:
+        raise ValueError(f"settings: no pruning is called {unknown[0]!r}")
+    notes = _Notes(settings.keep)
+    scene = _with_images(scene, notes)
     surfaces, world = compile_surfaces(scene.surfaces), CompiledWorld(scene.world)
     layouts = [layout(s) for s in surfaces.surfaces]
     geometry, media = find_solids(scene, flatten(scene, layouts), surfaces)
-    lights = [light for light in compile_lights(scene.lights, geometry.center) if not light.is_black]
-    plan = make_plan(geometry, surfaces, world, lights, len(scene.lights), settings)
-    if media.rows == 0:
-        plan.skipped.append({"what": "media around rays", "why": "no closed body transmits", "count": 1})
+    if media.rows == 0 and not notes.spare("media", True, "no closed body transmits"):
+        media = replace(media, rank=np.zeros(len(geometry.surface), np.int32), rows=1)
+    why = "every triangle is flat"
+    if geometry.normals is None and not notes.spare("normals", True, why, geometry.triangle_count):
+        geometry = replace(geometry, normals=np.zeros((geometry.triangle_count, 9), np.float32))
+    lights = compile_lights(scene.lights, geometry.center)
+    plan, lights = make_plan(geometry, surfaces, world, lights, settings, notes)
     return Prepared(geometry, media, surfaces, world, lights, plan)
 
 
-def describe(scene: Scene, settings: Settings) -> Skipped:
+def _with_images(scene: Scene, notes: _Notes) -> Scene:
+    """The scene; if images are not to be left out, with images of one colour where it has constants."""
+
+    def image(color: RGB) -> Texture:
+        pixels = np.broadcast_to(np.array([*color, 1], np.float32), (4, 8, 4))
+        return Texture("constant", pixels, interpolation="CLOSEST")
+
+    plain = not any(expressions_of(s) for s in scene.surfaces)
+    if plain and not notes.spare("textures", True, "no value varies over a surface", len(scene.surfaces)):
+        worn = tuple(replace(s, base_color_texture=image(cast(RGB, s.base_color))) for s in scene.surfaces)
+        scene = replace(scene, surfaces=worn)
+    uniform = scene.world.environment is None
+    if uniform and not notes.spare("environment", True, "the world is uniform"):
+        scene = replace(scene, world=World(scene.world.radiance, image((1, 1, 1)), scene.world.rotation))
+    return scene
+
+
+def describe(scene: Scene, settings: Settings) -> Plan:
     """What a trace of this scene would leave out, with reasons; nothing is traced. Raises as `trace` does."""
     validate(scene, settings, None)
-    return list(prepare(scene, settings).plan.skipped)
+    return prepare(scene, settings).plan
 
 
 def make_plan(
@@ -84,48 +194,82 @@ def make_plan(
     table: SurfaceTable,
     world: CompiledWorld,
     lights: Sequence[CompiledLight],
-    light_count: int,
     settings: Settings,
-) -> Plan:
-    """Find out what the reachable surfaces and the lights can need."""
+    notes: _Notes,
+) -> tuple[Plan, list[CompiledLight]]:
+    """Find out what the reachable surfaces need, and which lights can light any of them."""
     reachable = reachable_surfaces(geometry, table, settings)
-    n = int(np.count_nonzero(reachable))
-    skipped: Skipped = []
+    n, spare = int(np.count_nonzero(reachable)), notes.spare
 
-    def needs(flags: NDArray[np.bool_], what: str, why: str) -> bool:
-        """Whether any reachable surface has the flag; if none has, say so."""
-        if (flags & reachable).any():
-            return True
-        skipped.append({"what": what, "why": why, "count": n})
+    def none(flags: NDArray[np.bool_]) -> bool:
+        return not (flags & reachable).any()
+
+    spare("unmasked", settings.see == "FLAGGED")
+    reflection = not spare("reflection", none(table.reflects), "no reachable surface reflects", n)
+    refraction = not spare("refraction", none(table.transmits), "every reachable surface is opaque", n)
+    secondary = not spare("secondary", not (reflection or refraction))
+    weightless = not spare("weightless", reflection or refraction) and (reflection or refraction)
+    emission = not spare("emission", none(table.emits), "no reachable surface emits", n)
+    escapes = not spare("world", world.is_black, "the world is black")
+    why = "the world is black" if world.is_black else "no reachable surface answers to it"
+    ambient = not spare("ambient", world.is_black or none(table.shades_ambient), why, n)
+    answer = table.shades_diffuse | table.shades_specular
+    lights = _useful_lights(lights, geometry, (answer & reachable)[geometry.surface], notes)
+    why = "no reachable surface answers to it" if lights else "there is no light"
+    diffuse = not spare("diffuse", not lights or none(table.shades_diffuse), why, n)
+    specular = not spare("highlights", not lights or none(table.shades_specular), why, n)
+    shadows = _shadows(geometry, table, lights, diffuse or specular, notes)
+    unlit = shadows and not spare("unlit", True)
+    any_hit = spare("any-hit", shadows and bool((geometry.shadow & table.shadow_opaque[geometry.surface]).any()))
+    spare("cutoff", settings.cutoff > 0)
+    spare("adaptive", settings.adaptive > 0)
+    plan = Plan(
+        reflection=reflection,
+        refraction=refraction,
+        secondary=secondary,
+        weightless=weightless,
+        ambient=ambient,
+        diffuse=diffuse,
+        specular=specular,
+        shadows=shadows,
+        unlit=unlit,
+        any_hit=any_hit,
+        emission=emission,
+        world=escapes,
+        applies=notes.applies,
+        skipped=notes.skipped,
+    )
+    return plan, lights
+
+
+def _useful_lights(
+    lights: Sequence[CompiledLight], geometry: Geometry, receivers: NDArray[np.bool_], notes: _Notes
+) -> list[CompiledLight]:
+    """The lights that are not black and that can reach a primitive that answers to light, `receivers` (np,) bool."""
+    black = sum(light.is_black for light in lights)
+    kept = list(lights)
+    if black and notes.spare("black-lights", True, "they are black", black):
+        kept = [light for light in lights if not light.is_black]
+    if kept and receivers.any():
+        bounds = bounds_of(geometry, receivers)
+        near = [light for light in kept if can_reach(light, bounds)]
+        why = "out of range of all that could answer to them, or turned away"
+        if len(near) < len(kept) and notes.spare("far-lights", True, why, len(kept) - len(near)):
+            kept = near
+    return kept
+
+
+def _shadows(
+    geometry: Geometry, table: SurfaceTable, lights: Sequence[CompiledLight], needed: bool, notes: _Notes
+) -> bool:
+    """Whether shadow rays are traced at all."""
+    if not needed or not lights:
         return False
-
-    reflection = needs(table.reflects, "reflected rays", "no reachable surface reflects")
-    refraction = needs(table.transmits, "refracted rays", "every reachable surface is opaque")
-    emission = needs(table.emits, "emission", "no reachable surface emits")
-    ambient = diffuse = specular = False
-    if world.is_black:
-        skipped.append({"what": "ambient light", "why": "the world is black", "count": n})
-    else:
-        ambient = needs(table.shades_ambient, "ambient light", "no reachable surface answers to it")
-    if light_count > len(lights):
-        skipped.append({"what": "lights", "why": "they are black", "count": light_count - len(lights)})
-    if lights:
-        diffuse = needs(table.shades_diffuse, "diffuse light", "no reachable surface answers to it")
-        specular = needs(table.shades_specular, "highlights", "no reachable surface has one")
-    shadows = diffuse or specular
-    if shadows and not any(light.light.cast_shadow for light in lights):
-        skipped.append({"what": "shadow rays", "why": "no light casts shadows", "count": len(lights)})
-        shadows = False
-    if shadows and not (geometry.shadow & ~table.shadow_clear[geometry.surface]).any():
-        skipped.append({"what": "shadow rays", "why": "nothing can cast a shadow", "count": len(lights)})
-        shadows = False
-    if geometry.normals is None:
-        skipped.append({"what": "shading normals", "why": "every triangle is flat", "count": geometry.triangle_count})
-    if not table.textured:
-        skipped.append({"what": "texture look-ups", "why": "no surface has a texture", "count": n})
-    if not world.has_environment:
-        skipped.append({"what": "environment look-ups", "why": "the world is uniform", "count": 1})
-    return Plan(reflection, refraction, ambient, diffuse, specular, shadows, emission, skipped)
+    if not any(light.light.cast_shadow for light in lights):
+        return not notes.spare("shadows", True, "no light casts shadows", len(lights))
+    if not (geometry.shadow & ~table.shadow_clear[geometry.surface]).any():
+        return not notes.spare("shadows", True, "nothing can cast a shadow", len(lights))
+    return True
 
 
 def reachable_surfaces(geometry: Geometry, table: SurfaceTable, settings: Settings) -> NDArray[np.bool_]:

@@ -169,5 +169,6 @@ class _Frame:
                 **{name: counts[name] for name in invariants},
             },
             skipped=self.skipped,
+            plan=self.scene.plan.table(),
             sampling=self.schedule.sampling,
         )

@@ -68,7 +68,7 @@ def _add_light(
         arriving *= (dot(lit.wi, hit.n_geometric) > 0) | scene.geometry.shadow.take(hit.prim)
 
     # Trace shadow rays only where something would arrive.
-    wanted = select((arriving != 0).any(axis=0))
+    wanted = select((arriving != 0).any(axis=0) | scene.plan.unlit)
     chosen = take(arriving, wanted)
     chosen *= light.color
     if light.light.cast_shadow and scene.plan.shadows:

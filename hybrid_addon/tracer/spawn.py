@@ -92,8 +92,9 @@ def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally:
     """
     may_bounce = rays.depth < scene.settings.max_depth
     may_pass = np.where(split.bends, may_bounce, rays.passes < MAX_STRAIGHT_PASSES)
-    reflects = _within(rays, split.reflected, may_bounce, sums)
-    transmits = _within(rays, split.transmitted, may_pass, sums)
+    weightless = scene.plan.weightless
+    reflects = _within(rays, split.reflected, may_bounce, sums, weightless)
+    transmits = _within(rays, split.transmitted, may_pass, sums, weightless)
     if sums.spent is None:
         return reflects, transmits
     weight = np.concatenate(
@@ -110,9 +111,12 @@ def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally:
     return reflects & ~cut[0], transmits & ~cut[1]
 
 
-def _within(rays: Rays, weight: Float32, limit: Bools, sums: Sums) -> Bools:
-    """The hits that may spawn a ray: a weight left, and within limits; what the limit cuts is residual."""
-    wanted = (weight != 0).any(axis=0)
+def _within(rays: Rays, weight: Float32, limit: Bools, sums: Sums, weightless: bool) -> Bools:
+    """The hits that may spawn a ray: a weight left, and within limits; what the limit cuts is residual.
+
+    weightless : rays without a weight are wanted, too.
+    """
+    wanted = (weight != 0).any(axis=0) | weightless
     cut = np.flatnonzero(wanted & ~limit)
     if len(cut):
         sums.add_residual(rays.sample[cut], weight.take(cut, axis=1))

@@ -138,7 +138,7 @@ def add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums, ta
         sums.add_seen(straight.sample, -straight.throughput.max(axis=0))
         gone = gone.take(select(~gone.camera))
     scene.media.count_lost(gone.media[:, ~gone.camera], tally)
-    if len(gone) and not scene.world.is_black:
+    if len(gone) and scene.plan.world:
         sums.add_radiance(gone.sample, gone.throughput * scene.world.radiance(gone.direction))
 
 

@@ -1,13 +1,14 @@
 """What is left out, that it is left out, and that leaving it out changes nothing."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hybrid_addon.scene import PointLight, Settings, SunLight, Surface, World
-from hybrid_addon.tracer import compiled, trace
-from hybrid_addon.tracer.plan import describe
+from hybrid_addon.scene import AreaLight, PointLight, Settings, SpotLight, SunLight, Surface, World
+from hybrid_addon.tracer import trace
+from hybrid_addon.tracer.plan import PRUNINGS, describe
 
 ALL = Settings(samples=2, see="ALL", threads=1)
 LAMP = PointLight("p", (1, -2, 4), (20, 20, 20))
@@ -57,27 +58,99 @@ def scenes(build):
     yield build.scene((ball, build.mirror()), (box, build.emitter(1, 1, 1)), lights=(LAMP,), world=world)
     yield build.scene((ball, build.glass()), (box, Surface(specular=(0.5, 0.5, 0.5))), lights=(LAMP,))
     yield build.scene((ball, build.glass(1.0)), (box, build.matte()), lights=(replace(LAMP, cast_shadow=False),))
+    yield build.scene((build.box(), build.matte()), (box, Surface(opacity=0.0, transmission_tint=(0, 0, 0))), lights=())
+    yield build.scene((box, build.matte(reflectivity=0.3)), lights=(*odd_lights(), LAMP), world=world)
+    yield build.scene((box, build.mirror(0.5)), (ball, build.glass(1.0), {"matrix": build.translation(-1, 0, 0)}))
 
 
-@pytest.mark.parametrize("number", range(4))
-def test_leaving_work_out_changes_no_bit(build, monkeypatch, number):
-    s = list(scenes(build))[number]
-    planned = trace(s, ALL)
-    original = compiled.prepare
+def odd_lights():
+    """Lights that are black, out of range, behind their own cone, and turned away."""
+    yield replace(LAMP, intensity=(0, 0, 0))
+    yield replace(LAMP, position=(0, 0, 9), range=5.0)
+    yield SpotLight("away", (0, 0, 4), (9, 9, 9), world_to_light=np.diag((1.0, -1.0, -1.0)))
+    yield AreaLight("up", (0, 0, 4), (0, 0, 1), (1, 0, 0), (0, 1, 0), (9, 9, 9))
 
-    def unplanned(scene, settings):
-        prepared = original(scene, settings)
-        all_on = {f.name: True for f in fields(prepared.plan) if f.name != "skipped"}
-        return replace(prepared, plan=replace(prepared.plan, **all_on))
 
-    monkeypatch.setattr(compiled, "prepare", unplanned)
-    everything = trace(s, ALL)
-    np.testing.assert_array_equal(everything.radiance, planned.radiance)
-    np.testing.assert_array_equal(everything.residual, planned.residual)
+EXACT = [p.name for p in PRUNINGS if p.kind in ("exact", "exact if") and p.name != "unmasked"]
+
+
+def same(a, b):
+    for name in ("radiance", "coverage", "residual"):
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+
+
+@pytest.fixture(scope="module")
+def planned(build):
+    """Every scene, whole and flagged, with what is left out."""
+    every = [(s, replace(ALL, see=see, max_depth=3)) for s in scenes(build) for see in ("ALL", "FLAGGED")]
+    return [(s, settings, trace(s, settings)) for s, settings in every]
+
+
+def applies(film, name):
+    return next(row["applies"] for row in film.plan if row["name"] == name)
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_an_exact_pruning_changes_no_bit(planned, name):
+    chosen = [(s, settings, film) for s, settings, film in planned if applies(film, name)]
+    assert chosen
+    for s, settings, film in chosen:
+        whole = trace(s, replace(settings, keep=frozenset({name})))
+        assert not applies(whole, name)
+        same(whole, film)
+
+
+def test_all_exact_prunings_together_change_no_bit(planned):
+    for s, settings, film in planned:
+        whole = trace(s, replace(settings, keep=frozenset(EXACT)))
+        assert not any(applies(whole, name) for name in EXACT)
+        same(whole, film)
+
+
+def test_what_is_kept_is_done(planned):
+    """Rays that are otherwise left out are traced: the tests above compare something."""
+    film = planned[0][2]
+    for keep, kind in (({"unlit"}, "shadow"), ({"reflection", "secondary", "weightless"}, "reflected")):
+        whole = trace(planned[0][0], replace(planned[0][1], keep=frozenset(keep)))
+        assert whole.rays[kind] > film.rays[kind]
+
+
+def test_pixels_outside_of_the_mask_change_no_bit(build):
+    s = build.scene((build.icosphere(2), build.mirror(0.5)), lights=(LAMP,), world=World((0.2, 0.3, 0.4)))
+    settings = replace(ALL, see="FLAGGED")
+    everywhere = trace(s, settings)
+    mask = everywhere.coverage * (np.indices(everywhere.coverage.shape)[0] % 3 == 0)
+    film = trace(s, settings, mask)
+    assert film.rays["camera"] < everywhere.rays["camera"]
+    np.testing.assert_array_equal(film.radiance[mask > 0], everywhere.radiance[mask > 0])
+
+
+@pytest.mark.parametrize("distance", [4.9, 5.0, 5.001, 5.1])
+def test_a_light_is_left_out_only_beyond_its_range(build, distance):
+    """The floor is straight below: what the light brings at its very range is 0, so both must agree everywhere."""
+    floor = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    s = build.scene((floor, build.matte()), lights=(replace(LAMP, position=(0, 0, distance), range=5.0),))
+    film = trace(s, ALL)
+    same(trace(s, replace(ALL, keep=frozenset({"far-lights"}))), film)
+    assert applies(film, "far-lights") == (distance > 5)
+    assert film.radiance.any() == (distance < 5)
+
+
+def test_a_pruning_that_is_none_is_refused(build):
+    with pytest.raises(ValueError, match="no pruning is called 'nothing'"):
+        trace(build.scene(), replace(ALL, keep=frozenset({"nothing"})))
+
+
+def test_readme_shows_the_table():
+    text = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    rows = [f"| `{p.name}` | {p.leaves_out} | {p.when} | {p.kind} |" for p in PRUNINGS]
+    assert "\n".join(rows) in text
 
 
 def test_describe_says_what_a_trace_would_skip_without_tracing(build):
     s = build.scene((build.box(), build.mirror()), lights=(LAMP,))
-    said = describe(s, ALL)
-    assert all(set(entry) == {"what", "why", "count"} for entry in said)
-    assert {e["what"] for e in said} <= reasons(trace(s, ALL))
+    said, film = describe(s, ALL), trace(s, ALL)
+    assert all(set(entry) == {"what", "why", "count"} for entry in said.skipped)
+    assert {e["what"] for e in said.skipped} <= reasons(film)
+    assert said.table() == film.plan
+    assert [row["name"] for row in film.plan] == [p.name for p in PRUNINGS]

@@ -26,6 +26,10 @@ def _plan(arguments: argparse.Namespace) -> None:
         say(line, prefix="")
 
 
+def _applies(pruning: dict[str, Any]) -> str:
+    return "applies" if pruning["applies"] else "does not apply"
+
+
 def _lines(plan: dict[str, Any]) -> list[str]:
     return [
         f"scene {plan['scene']}: mode {plan['mode'].lower()}" + (f" ({plan['why']})" if plan["why"] else ""),
@@ -33,5 +37,6 @@ def _lines(plan: dict[str, Any]) -> list[str]:
         "settings: " + ", ".join(f"{name} {value}" for name, value in plan["settings"].items()),
         "counts: " + ", ".join(f"{name} {value}" for name, value in plan["counts"].items()),
         *(f"left out: {item['what']}: {item['why']}" for item in plan["skipped"]),
+        *(f"{_applies(item)}: {item['leaves_out']} ({item['class']}): {item['when']}" for item in plan["prunings"]),
         *(f"warning: {warning}" for warning in plan["warnings"]),
     ]
