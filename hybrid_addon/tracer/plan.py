@@ -43,7 +43,8 @@ class Pruning:
 
 
 PRUNINGS = (
-    Pruning("unmasked", "exact", "pixels", "the mask is 0 there (with an empty mask nothing is traced)"),
+    Pruning("empty-mask", "exact", "tracing, and making the scene ready for it", "the mask is 0 everywhere"),
+    Pruning("unmasked", "exact", "pixels", "the mask is 0 there"),
     Pruning("reflection", "exact if", "reflected rays", "all that rays reach mirrors nothing, and is opaque or IOR 1"),
     Pruning("refraction", "exact if", "refracted rays", "every surface that rays reach is opaque"),
     Pruning("weightless", "exact", "single reflected and refracted rays", "they carry nothing: R or T is 0 there"),

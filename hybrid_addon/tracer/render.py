@@ -45,12 +45,22 @@ def trace(
         raise Cancelled("tracing was cancelled")
     building = Tally()
     with building.phase("build"):
-        compiled = CompiledScene(scene, settings)
+        compiled = _compiled(scene, settings, mask)
     film = trace_compiled(compiled, mask, progress, deadline)
     spent = {"wall": building.wall["build"], "cpu": building.cpu["build"]}
     film.time["build"] = spent
     film.time["total"] = {clock: film.time["total"][clock] + spent[clock] for clock in spent}
     return film
+
+
+def _compiled(scene: Scene, settings: Settings, mask: Float32 | None) -> CompiledScene:
+    """The scene made ready; nothing of it for an empty mask."""
+    if mask is None or np.any(mask) or "empty-mask" in settings.keep:
+        return CompiledScene(scene, settings)
+    compiled = CompiledScene(Scene(scene.camera), settings)
+    compiled.plan.applies["empty-mask"] = True
+    compiled.plan.skipped[:] = [{"what": "tracing", "why": "the mask is empty", "count": 1}]
+    return compiled
 
 
 def trace_compiled(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hybrid_addon.scene import AreaLight, PointLight, Settings, SpotLight, SunLight, Surface, World
-from hybrid_addon.tracer import trace
+from hybrid_addon.tracer import accel, trace
 from hybrid_addon.tracer.plan import PRUNINGS, describe
 
 ALL = Settings(samples=2, see="ALL", threads=1)
@@ -71,7 +71,7 @@ def odd_lights():
     yield AreaLight("up", (0, 0, 4), (0, 0, 1), (1, 0, 0), (0, 1, 0), (9, 9, 9))
 
 
-EXACT = [p.name for p in PRUNINGS if p.kind in ("exact", "exact if") and p.name != "unmasked"]
+EXACT = [p.name for p in PRUNINGS if p.kind in ("exact", "exact if") and "mask" not in p.name]
 
 
 def same(a, b):
@@ -123,6 +123,18 @@ def test_pixels_outside_of_the_mask_change_no_bit(build):
     film = trace(s, settings, mask)
     assert film.rays["camera"] < everywhere.rays["camera"]
     np.testing.assert_array_equal(film.radiance[mask > 0], everywhere.radiance[mask > 0])
+
+
+def test_an_empty_mask_needs_no_scene(build, monkeypatch):
+    s = build.scene((build.icosphere(2), build.mirror(0.5)), lights=(LAMP,), world=World((0.2, 0.3, 0.4)))
+    mask = np.zeros((16, 16), np.float32)
+    whole = trace(s, replace(ALL, see="FLAGGED", keep=frozenset({"empty-mask"})), mask)
+    assert not applies(whole, "empty-mask")
+    monkeypatch.setattr(accel.TriangleScene, "_commit", lambda self: pytest.fail("a tree was built"))
+    film = trace(s, replace(ALL, see="FLAGGED"), mask)
+    assert applies(film, "empty-mask") and "tracing" in reasons(film)
+    assert not any(film.rays.values())
+    same(film, whole)
 
 
 @pytest.mark.parametrize("distance", [4.9, 5.0, 5.001, 5.1])
