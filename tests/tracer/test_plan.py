@@ -61,6 +61,20 @@ def scenes(build):
     yield build.scene((build.box(), build.matte()), (box, Surface(opacity=0.0, transmission_tint=(0, 0, 0))), lights=())
     yield build.scene((box, build.matte(reflectivity=0.3)), lights=(*odd_lights(), LAMP), world=world)
     yield build.scene((box, build.mirror(0.5)), (ball, build.glass(1.0), {"matrix": build.translation(-1, 0, 0)}))
+    unseen, other = {"ray_traced": False}, build.box((-2, 0, 0), (-1, 1, 1))
+    yield build.scene(
+        (ball, build.mirror()),
+        (box, build.emitter(1, 1, 1), unseen),
+        (other, build.matte(), unseen),
+        lights=tuple(low()),
+    )
+
+
+def low():
+    """Lights in the middle of things, which shine on some of them only."""
+    down = np.diag((1.0, -1.0, -1.0))
+    yield AreaLight("down", (-1.5, 0, 0.5), (0, 0, -1), (2, 0, 0), (0, 2, 0), (9, 9, 9))
+    yield SpotLight("up", (1.5, 0.5, 0.5), (9, 9, 9), world_to_light=down, range=2.0)
 
 
 def odd_lights():
@@ -135,6 +149,20 @@ def test_an_empty_mask_needs_no_scene(build, monkeypatch):
     assert applies(film, "empty-mask") and "tracing" in reasons(film)
     assert not any(film.rays.values())
     same(film, whole)
+
+
+@pytest.mark.parametrize("height", [-1e-3, 0.0, 1e-3])
+@pytest.mark.parametrize("kind", ["area", "spot"])
+def test_a_light_is_left_out_only_if_all_is_behind_it(build, kind, height):
+    """It shines down on a wall from just below or above the wall's foot."""
+    wall = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 2), (-1, 1, 2)])
+    place = (0, -1.5, height)
+    area = AreaLight("area", place, (0, 0, -1), (0.1, 0, 0), (0, 0.1, 0), (9, 9, 9))
+    light = area if kind == "area" else SpotLight("spot", place, (9, 9, 9), cos_cone=0.0)
+    s = build.scene((wall, build.matte()), lights=(light,))
+    film = trace(s, ALL)
+    same(trace(s, replace(ALL, keep=frozenset({"far-lights"}))), film)
+    assert applies(film, "far-lights") == (height < 0)
 
 
 @pytest.mark.parametrize("distance", [4.9, 5.0, 5.001, 5.1])
