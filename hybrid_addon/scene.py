@@ -122,6 +122,9 @@ class Surface:
     edge_tint          : of a metal, at 82 degrees (F82), times `reflection_tint` at normal incidence.
     coat, coat_*       : weight 0..1, roughness, IOR of a clear coat, and the tint it gives to what is below.
     sheen, sheen_*     : weight, roughness and colour of the fuzz on top.
+    absorption         : RGB, 1/m, >= 0: light that goes d metres through the solid keeps exp(-absorption d) of itself
+                         (Beer-Lambert). Only closed bodies that transmit have an inside; where some overlap, the
+                         smallest one's counts, as with ior.
     """
 
     name: str = ""
@@ -148,6 +151,7 @@ class Surface:
     sheen: Number = 0.0
     sheen_roughness: Number = 0.5
     sheen_tint: Color = WHITE
+    absorption: RGB = BLACK
 
 
 # ------------------------------------------------------------------------------------------------ geometry

@@ -44,6 +44,8 @@ class CompiledScene:
         opaque, clear = table.shadow_opaque[g.surface], table.shadow_clear[g.surface]
         if not self.plan.any_hit:
             opaque = np.zeros_like(opaque)
+        if self.media.shadow_absorption is not None:
+            clear = clear & (self.media.rank == self.media.count)  # even a clear solid displaces one that absorbs
         self.shadow_opaque = self._set(casts & opaque)
         self.shadow_tinted = self._set(casts & ~opaque & ~clear)
 

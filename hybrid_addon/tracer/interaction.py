@@ -31,6 +31,7 @@ class Interaction:
     wo          : (3, n) float32, back along the ray
     offset      : (n,) float32, how far off the surface new rays start
     outer       : (3, n) float32, origin of new rays on the side of wo
+    media       : (rows, n) int32, solids around the hit on the side of wo; None: nothing absorbs, nobody asks
     lit         : (n,) uint32, sum of the keys of the lights that reach it; None: nobody asks
     """
 
@@ -44,6 +45,7 @@ class Interaction:
     wo: Float32
     offset: Float32
     outer: Float32
+    media: NDArray[np.int32] | None = None
     lit: NDArray[np.uint32] | None = None
 
     def inner(self, index: Index) -> Float32:
@@ -69,6 +71,7 @@ class Interaction:
             wo=take(self.wo, index),
             offset=take(self.offset, index),
             outer=take(self.outer, index),
+            media=None if self.media is None else take(self.media, index),
             lit=None if self.lit is None else take(self.lit, index),
         )
 

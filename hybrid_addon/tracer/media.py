@@ -10,13 +10,14 @@ others: the bubble the water, the water the glass. That is the same from whichev
 * What is no solid - an open sheet, a body turned inside out - bounds its own medium against whatever it lies in, and
   nobody tracks it: coming from outside eta = ior, from inside 1 / ior.
 * A body thinner than float32 resolves is a thin wall: both of its faces at once, T = (1 - R) / (1 + R), without bend.
+* Light on its way through a solid is absorbed as the innermost one says, exp(-absorption distance) (Beer-Lambert).
 * Radiance is not scaled by n^2 when it changes media (Cycles' convention): a white world is white from within glass.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ from ..scene import Float32, Float64
 from .accel import traceable
 from .constants import MAX_PROBE_CROSSINGS
 from .primitives import PrimitiveSet
-from .rays import offset_origin, origin_offset
+from .rays import Rays, offset_origin, origin_offset
 from .tally import Tally
 
 Bools = NDArray[np.bool_]
@@ -38,6 +39,16 @@ def relative_ior(ior: Float64, entering: Bools) -> Float64:
     return np.where(entering, ior, 1 / ior)
 
 
+def transmittance(absorption: Float64, stack: Stack, distance: Float64) -> Float64:
+    """exp(-absorption distance), (3, n), in the innermost of the solids of each stack (rows, n): Beer-Lambert."""
+    sigma = absorption.take(stack.min(axis=0, initial=absorption.shape[1] - 1), axis=1)
+    result = np.ones(sigma.shape)
+    for channel in range(3):
+        within = np.flatnonzero(sigma[channel])  # nowhere else: 0 times an infinite distance is no number
+        result[channel, within] = np.exp(-sigma[channel, within] * distance[within])
+    return result
+
+
 @dataclass(frozen=True, eq=False)
 class Media:
     """The solids of a scene by rank, the smallest first; `count` stands for none, and for vacuum.
@@ -47,6 +58,7 @@ class Media:
     rows      : how many solids a ray can be inside of at once; 0: media are not tracked.
     thin      : (np,) bool, primitives of thin walls; None: there are none.
     low, high : (count, 3) float64, bounds of the solids.
+    absorption, shadow_absorption : (3, count + 1) float64, 1/m, for all rays and for shadow rays; None: none absorbs.
     """
 
     rank: Stack = field(default_factory=lambda: np.zeros(0, np.int32))
@@ -55,6 +67,8 @@ class Media:
     thin: Bools | None = None
     low: Float64 = field(default_factory=lambda: np.zeros((0, 3)))
     high: Float64 = field(default_factory=lambda: np.zeros((0, 3)))
+    absorption: Float64 | None = None
+    shadow_absorption: Float64 | None = None
 
     @property
     def count(self) -> int:
@@ -112,6 +126,13 @@ class Media:
             pending &= ~here
         tally.add("lost_media", np.count_nonzero(pending))
         return result
+
+    def absorbed(self, rays: Rays, t: Float64, hit: Bools) -> Rays:
+        """The rays (n,) with what is left of their throughput after distances t (n,), where they hit something."""
+        if self.absorption is None:
+            return rays
+        left = transmittance(self.absorption, rays.media, np.where(hit, t, 0.0))
+        return replace(rays, throughput=(rays.throughput * left).astype(np.float32))
 
     def count_lost(self, stack: Stack, tally: Tally) -> None:
         """Count rays that leave the scene from within a solid."""

@@ -63,6 +63,7 @@ PRUNINGS = (
     Pruning("environment", "exact if", "environment look-ups", "the world is uniform"),
     Pruning("world", "exact if", "light of rays that leave the scene", "the world is black"),
     Pruning("media", "exact if", "the stack of media around each ray", "no closed body transmits"),
+    Pruning("absorption", "exact if", "absorption on the way of rays", "no closed body absorbs"),
     Pruning("cutoff", "bounded", "rays that bring little", "Cutoff is above 0: no sample loses more than that"),
     Pruning("adaptive", "heuristic", "samples", "Adaptive is above 0: the pixel's first samples and neighbours agree"),
 )
@@ -159,6 +160,11 @@ def prepare(scene: Scene, settings: Settings) -> Prepared:
     geometry, media = find_solids(scene, flatten(scene, layouts), surfaces)
     if media.rows == 0 and not notes.spare("media", True, "no closed body transmits"):
         media = replace(media, rank=np.zeros(len(geometry.surface), np.int32), rows=1)
+    why = "only closed bodies have an inside" if surfaces.absorbs.any() else "no closed body absorbs"
+    if media.absorption is None and not notes.spare("absorption", True, why):
+        nothing, rank = np.zeros((3, media.count + 1)), np.zeros(len(geometry.surface), np.int32)
+        rank = media.rank if len(media.rank) else rank
+        media = replace(media, rank=rank, absorption=nothing, shadow_absorption=nothing)
     why = "every triangle is flat"
     if geometry.normals is None and not notes.spare("normals", True, why, geometry.triangle_count):
         geometry = replace(geometry, normals=np.zeros((geometry.triangle_count, 9), np.float32))

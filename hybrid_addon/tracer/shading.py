@@ -15,6 +15,7 @@ from .constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
 from .interaction import Interaction, shadow_origin
 from .layers import Lobes, ggx_highlight
 from .lights import CompiledLight, Illumination, angular_radius, illuminate, shadow_rays
+from .media import Stack, transmittance
 from .rays import offset_origin, origin_offset
 from .scattering import both_faces, fresnel_dielectric, mirrored, phong, schlick
 from .tally import Tally
@@ -73,7 +74,8 @@ def _add_light(
     chosen *= light.color
     if light.light.cast_shadow and scene.plan.shadows:
         tally.add("shadow_not_needed", len(hit.prim) - chosen.shape[1])
-        visible = _visibility(scene, light, take(origin, wanted), tally)
+        media = None if hit.media is None else take(hit.media, wanted)
+        visible = _visibility(scene, light, take(origin, wanted), media, tally)
         chosen *= visible
         if hit.lit is not None:
             hit.lit[wanted] += light.key * (visible > 0 if visible.ndim == 1 else (visible > 0).any(axis=0))
@@ -146,8 +148,10 @@ def _add_layered(
     result[:, index] = color * lit.specular[index]
 
 
-def _visibility(scene: CompiledScene, light: CompiledLight, origin: Float32, tally: Tally) -> Array:
-    """What share, (n,) or (3, n), of a light gets from its place to the origins (3, n)."""
+def _visibility(
+    scene: CompiledScene, light: CompiledLight, origin: Float32, media: Stack | None, tally: Tally
+) -> Array:
+    """What share, (n,) or (3, n), of a light gets from its place to the origins (3, n), within `media` (rows, n)."""
     wi, distance = shadow_rays(light, origin)
     t_max = distance * np.float32(SHADOW_REACH)
     is_open = traceable(origin, wi)
@@ -160,7 +164,8 @@ def _visibility(scene: CompiledScene, light: CompiledLight, origin: Float32, tal
     if not len(scene.shadow_tinted):
         return is_open
     remaining = select(is_open)
-    passed = _transmittance(scene, take(origin, remaining), take(wi, remaining), take(t_max, remaining), tally)
+    media = None if media is None else take(media, remaining)
+    passed = _transmittance(scene, take(origin, remaining), take(wi, remaining), take(t_max, remaining), media, tally)
     if isinstance(remaining, slice):
         return passed
     visible = np.zeros(origin.shape, np.float32)
@@ -169,9 +174,12 @@ def _visibility(scene: CompiledScene, light: CompiledLight, origin: Float32, tal
     return visible
 
 
-def _transmittance(scene: CompiledScene, origin: Float32, wi: Float32, t_max: Float32, tally: Tally) -> Float32:
+def _transmittance(
+    scene: CompiledScene, origin: Float32, wi: Float32, t_max: Float32, media: Stack | None, tally: Tally
+) -> Float32:
     """Product (3, n) over the non-opaque surfaces on straight shadow rays of (1-r)(1-o)(1-F) transmission_tint.
 
+    And of what the solids between them leave over, where any absorbs; media: (rows, n), those around the origins.
     The ray is not bent, so at both faces of a solid its angle is that in the outer medium, and F is taken from there.
     """
     geometry = scene.geometry
@@ -181,7 +189,11 @@ def _transmittance(scene: CompiledScene, origin: Float32, wi: Float32, t_max: Fl
     for _ in range(MAX_SHADOW_CROSSINGS):
         tally.add("shadow_steps", len(active))
         hits = scene.shadow_tinted.nearest(origin, d, tally)
-        crossed = np.flatnonzero(travelled + hits.t < t_max.take(active))
+        crosses = travelled + hits.t < t_max.take(active)
+        if media is not None and scene.media.shadow_absorption is not None:
+            way = np.where(crosses, hits.t, t_max.take(active) - travelled)
+            result[:, active] *= transmittance(scene.media.shadow_absorption, media, way).astype(np.float32)
+        crossed = np.flatnonzero(crosses)
         if len(crossed) == 0:
             return result
         active, d, prim, t = active[crossed], d.take(crossed, axis=1), hits.prim[crossed], hits.t[crossed]
@@ -198,11 +210,14 @@ def _transmittance(scene: CompiledScene, origin: Float32, wi: Float32, t_max: Fl
         passed *= (tint * (table.interface.take(surface) * (1 - fresnel))).astype(np.float32)
         for row, values in zip(result, passed, strict=True):
             row[active] = values
+        if media is not None:
+            media = scene.media.cross(media.take(crossed, axis=1), prim.astype(np.intp), toward < 0, Tally())
         # Go on behind the surface, unless nothing is left.
         alive = np.flatnonzero((passed > 0).any(axis=0))
         active, d, prim, t = active[alive], d.take(alive, axis=1), prim[alive], t[alive]
         if len(active) == 0:
             return result
+        media = None if media is None else media.take(alive, axis=1)
         onward = normal.take(alive, axis=1) * np.sign(toward[alive])
         point = origin.take(crossed[alive], axis=1) + d * t
         travelled = travelled[crossed[alive]] + t

@@ -57,7 +57,7 @@ class _Bodies:
 def find_solids(scene: Scene, geometry: Geometry, table: SurfaceTable) -> tuple[Geometry, Media]:
     """The media of a scene, and its geometry with touching solids swollen and thin walls marked by a larger extent."""
     transmits = table.clear[geometry.surface]
-    if not (transmits & table.refracts[geometry.surface]).any():
+    if not (transmits & (table.refracts | table.absorbs)[geometry.surface]).any():
         return geometry, Media()
     bodies = _bodies(scene, geometry, transmits)
     is_thin = np.abs(bodies.thickness) < THIN_WALL * bodies.extent
@@ -71,8 +71,16 @@ def find_solids(scene: Scene, geometry: Geometry, table: SurfaceTable) -> tuple[
     geometry, rows = _swell(geometry, solids)
     rank = np.full(len(transmits), len(solids.first), np.int32)
     rank[_primitives(solids)] = np.repeat(np.arange(len(solids.first)), solids.size)
-    ior = _index_of(geometry, table, transmits, solids)
-    return geometry, Media(rank, np.append(ior, 1.0), rows, thin if thin.any() else None, solids.low, solids.high)
+    inside = _inside_of(geometry, transmits, solids)
+    return geometry, Media(
+        rank,
+        np.append(table.ior[inside], 1.0),
+        rows,
+        thin if thin.any() else None,
+        solids.low,
+        solids.high,
+        *_absorption(geometry, table, solids, inside),
+    )
 
 
 def _primitives(bodies: _Bodies) -> Numbers:
@@ -81,11 +89,24 @@ def _primitives(bodies: _Bodies) -> Numbers:
     return np.concatenate([np.zeros(0, np.intp), *parts])
 
 
-def _index_of(geometry: Geometry, table: SurfaceTable, transmits: Bools, solids: _Bodies) -> Float64:
-    """IOR (b,) of each solid as others see it: that of its first primitive that transmits."""
+def _inside_of(geometry: Geometry, transmits: Bools, solids: _Bodies) -> Numbers:
+    """The surface (b,) that says what each solid is made of: that of its first primitive that transmits."""
     clear = np.flatnonzero(transmits)
     first = clear[np.searchsorted(clear, solids.first)] if len(solids.first) else solids.first
-    return table.ior[geometry.surface[first]]
+    return geometry.surface[first].astype(np.intp)
+
+
+def _absorption(
+    geometry: Geometry, table: SurfaceTable, solids: _Bodies, inside: Numbers
+) -> tuple[Float64 | None, Float64 | None]:
+    """Of solids and of vacuum (3, b + 1), for all rays and for shadow rays; None where nothing absorbs.
+
+    Shadow rays do not meet the surface of a solid that casts no shadow, hence do not know when they are in it.
+    """
+    if not table.absorbs[inside].any():
+        return None, None
+    absorption = np.append(table.absorption[:, inside] * table.absorbs[inside], np.zeros((3, 1)), axis=1)
+    return absorption, absorption * np.append(geometry.shadow[solids.first], False)
 
 
 def _bodies(scene: Scene, geometry: Geometry, transmits: Bools) -> _Bodies:

@@ -87,6 +87,16 @@ class SurfaceTable:
         return self.transmits & ~self.straight
 
     @property
+    def absorption(self) -> Float64:
+        """(3, s) 1/m, of the solids behind; of the scene's own table, hits have none."""
+        return np.array([s.absorption for s in self.surfaces], np.float64).T
+
+    @property
+    def absorbs(self) -> Bools:
+        """(s,) whether what passes through it meets a medium that absorbs."""
+        return self.transmits & (self.absorption != 0).any(axis=0)
+
+    @property
     def textured(self) -> bool:
         """Whether any surface reads an image."""
         return any(isinstance(e.data, Texture) for s in self.surfaces for e in expressions_of(s))
@@ -139,7 +149,8 @@ def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
     may = {**_flags(low, high), **columns(high)}
     may["mirror"] = np.where(varies, 1, may["mirror"]).astype(np.float32)
     table = SurfaceTable(**may, varies=varies, surfaces=surfaces)
-    return _with_layers(table, low, high, layered) if layered.any() else table
+    table = _with_layers(table, low, high, layered) if layered.any() else table
+    return replace(table, shadow_clear=table.shadow_clear & ~table.absorbs)
 
 
 def _bounds(surfaces: Sequence[Surface], varying: float) -> dict[str, Float64]:

@@ -26,7 +26,7 @@ _SHARES = ("reflectivity", "opacity")
 _SCALARS = ("ambient", "diffuse", "roughness", "coat", "coat_roughness", "sheen", "sheen_roughness")
 _COLORS = (
     "base_color", "specular", "emission", "reflection_tint", "transmission_tint", "interface_tint", "coat_tint",
-    "sheen_tint",
+    "sheen_tint", "absorption",
 )  # fmt: skip
 
 
@@ -152,6 +152,7 @@ def _check_surface(scene: Scene, number: int, surface: Surface) -> None:
     for field in (name for name in _SCALARS if name in constant):
         value = constant[field]
         require(math.isfinite(value) and value >= 0, f"{field} must be finite and not negative, got {value}")
+    require(min(surface.absorption, default=0.0) >= 0, f"absorption must not be negative, got {surface.absorption}")
     for field in (name for name in _COLORS if name in constant):
         value = constant[field]
         require(len(value) == 3 and _finite(value), f"{field} must be three finite numbers, got {value}")

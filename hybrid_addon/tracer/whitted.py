@@ -53,6 +53,9 @@ def trace_rays(
             rays, hits, hit = _count_camera_rays(scene, rays, hits, hit, sums)
             first = False
 
+        # Let the solids absorb their share on the way.
+        rays = scene.media.absorbed(rays, hits.t, hit)
+
         # Let escaped rays see the world.
         add_escaped(scene, rays, select(~hit), sums, tally)
 
@@ -65,6 +68,7 @@ def trace_rays(
         rays_hit = rays.take(chosen)
         at = interact(scene.geometry, scene.surfaces, hits, rays, chosen)
         at = resolve(scene.geometry, at, take(hits.t, chosen))
+        at.media = None if scene.media.shadow_absorption is None else rays_hit.media
         at.lit = None if sums.signatures is None else np.zeros(len(rays_hit), np.uint32)
 
         # Add emitted and local light.

@@ -315,11 +315,11 @@ def test_links_that_are_not_followed_are_named_and_the_default_is_used(material)
 def test_layers_normals_volume_and_displacement_are_warned_of(material):
     b_node = material.add("ShaderNodeBsdfPrincipled", Coat_Weight=0.5)
     material.link(material.add("ShaderNodeBump").outputs[0], b_node.inputs["Normal"])
-    material.link(material.add("ShaderNodeVolumeAbsorption").outputs[0], material.output.inputs["Volume"])
+    material.link(material.add("ShaderNodeVolumeScatter").outputs[0], material.output.inputs["Volume"])
     material.link(material.add("ShaderNodeDisplacement").outputs[0], material.output.inputs["Displacement"])
     material.shade(b_node)
     text = "\n".join(material.warn)
-    for word in ("'Coat Weight'", "'Normal'", "its volume", "displacement"):
+    for word in ("'Coat Weight'", "'Normal'", "scattering", "displacement"):
         assert word in text
 
 

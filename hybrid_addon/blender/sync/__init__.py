@@ -3,7 +3,7 @@
     camera.py light.py world.py     those three, with their units
     objects.py                      which objects appear where, and what they wear
     mesh.py                         evaluated meshes -> arrays
-    material.py shaders.py          node trees and Custom settings -> Surface
+    material.py shaders.py volume.py    node trees and Custom settings -> Surface
     texture.py image.py             image nodes -> Texture, image files -> pixels
     nodes.py                        walking back through node links
     settings.py messages.py         the artist's settings; what he is told

@@ -20,6 +20,7 @@ from .nodes import Node, active_output, uses_nodes
 from .settings import CustomSurface, custom_surface
 from .shaders import surface_from
 from .texture import NodeReader
+from .volume import absorption_from
 
 DEFAULT_ROUGHNESS = 0.4  # of an object without material (BKE_material_default_surface)
 DEFAULT_SPECULAR = (0.04, 0.04, 0.04)
@@ -68,7 +69,14 @@ def translate_material(b_material: bpy.types.Material, images: Images, warn: War
         reader.warn("it has no active output; it is black")
         return Surface(name=b_material.name, base_color=(0.0, 0.0, 0.0))
     _warn_of_ignored(output, reader)
-    return replace(surface_from(output.input("Surface"), reader), name=b_material.name)
+    return replace(_inside_and_out(output, reader), name=b_material.name)
+
+
+def _inside_and_out(output: Node, reader: NodeReader) -> Surface:
+    """The surface and what lies behind it. A volume alone has a surface that does nothing."""
+    only_volume = output.input("Surface").node() is None and output.input("Volume").node() is not None
+    surface = Surface(opacity=0.0, ior=1.0) if only_volume else surface_from(output.input("Surface"), reader)
+    return replace(surface, absorption=absorption_from(output.input("Volume"), reader))
 
 
 def _without_nodes(b_material: bpy.types.Material) -> Surface:
@@ -85,6 +93,5 @@ def _without_nodes(b_material: bpy.types.Material) -> Surface:
 
 
 def _warn_of_ignored(output: Node, reader: NodeReader) -> None:
-    for name, what in (("Volume", "its volume"), ("Displacement", "displacement by nodes")):
-        if output.input(name).node() is not None:
-            reader.warn(f"{what} is not traced")
+    if output.input("Displacement").node() is not None:
+        reader.warn("displacement by nodes is not traced")
