@@ -48,6 +48,7 @@ function compileJob(job) {
             args: [
                 "--output", settings.render_output_path + settings.image_file_extension,
                 "--make-folder",
+                "--file-outputs", // the job's own
                 "--scene", settings.scene,
                 `--frames=${chunk}`,
                 "--skip-existing", // a task that is tried again goes on where it was

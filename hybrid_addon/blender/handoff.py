@@ -43,7 +43,7 @@ def save(
     tree = nodes.compositor_tree(scene)
     if tree is None:
         raise HybridError(f"scene '{scene.name}' has no compositor")
-    stand_ins = [node for node in tree.nodes if nodes.SOURCE in node]
+    stand_ins = [node for node in tree.nodes if nodes.is_stand_in(node)]
     for name, socket in LAYERS.items():
         node = _image_node(tree, name, layers[name], frames)
         for stand_in in stand_ins:
@@ -77,7 +77,7 @@ def _image_node(tree: bpy.types.NodeTree, name: str, path: Path, frames: Sequenc
 
 def _keep(scene: bpy.types.Scene, tree: bpy.types.NodeTree) -> None:
     """Make the tree the user's own, so that switching Hybrid off leaves it as it is; nothing is drawn for nothing."""
-    for node in [node for node in tree.nodes if node.get(nodes.ROLE) in {"mask", "trace"}]:
+    for node in [node for node in tree.nodes if nodes.role(node) in {"mask", "trace"}]:
         tree.nodes.remove(node)
     for node in nodes.render_layers(tree, scene, source_layer(scene).name):
         node.mute = not nodes.other_outputs(node)

@@ -44,7 +44,7 @@ def sync(
     trace_node = _own_render_layers(tree, "trace", trace, trace.view_layers[0].name)
     _mute(mask_node, mode != "HYBRID")
     _mute(trace_node, mode == "RASTER")
-    stand_ins = {node.get(SOURCE): node for node in tree.nodes if SOURCE in node}
+    stand_ins = {node[SOURCE]: node for node in tree.nodes if is_stand_in(node)}
     for user_node in render_layers(tree, scene, source.name):
         hybrid = stand_ins.pop(user_node.name, None) or _insert(tree, user_node)
         _divert(tree, user_node, hybrid)
@@ -60,11 +60,11 @@ def tear_down(scene: bpy.types.Scene, restore: Restore) -> None:
     """Give every link back to the user's Render Layers nodes and remove ours. Does nothing in a clean tree."""
     tree = compositor_tree(scene)
     if tree is not None:
-        for node in [node for node in tree.nodes if SOURCE in node]:
+        for node in [node for node in tree.nodes if is_stand_in(node)]:
             _withdraw(tree, node, scene, None)
         for node in tree.nodes:
             _mute_ours(node, False)
-        for node in [node for node in tree.nodes if node.get(ROLE) in {"mask", "trace"}]:
+        for node in [node for node in tree.nodes if role(node) in {"mask", "trace"}]:
             tree.nodes.remove(node)
         _wake(tree, restore)
     _restore_tree(scene, tree, restore)
@@ -174,16 +174,18 @@ def _put_to_sleep(
 
 def _wake(tree: bpy.types.NodeTree, restore: Restore) -> None:
     """The inverse of `_put_to_sleep`."""
-    asleep = restore.get("asleep")
-    output = tree.nodes.get(asleep["output"]) if asleep else None
-    if output is None:
+    match restore.get("asleep"):
+        case {"output": str(name), "before": [str(origin), str(identifier)]}:
+            node = tree.nodes.get(origin)
+            before = next((s for s in node.outputs if s.identifier == identifier), None) if node else None
+        case {"output": str(name), "before": None}:
+            before = None
+        case _:
+            return
+    output = tree.nodes.get(name)
+    if output is None or not output.inputs:
         return
-    _link(tree, output.inputs[0], None)
-    before = asleep["before"]
-    origin = tree.nodes.get(before[0]) if before else None
-    if origin is not None:
-        socket = next((s for s in origin.outputs if s.identifier == before[1]), None)
-        _link(tree, output.inputs[0], socket)
+    _link(tree, output.inputs[0], before)
     for node in [node for node in tree.nodes if node.get(ROLE) == "own"]:
         tree.nodes.remove(node)
 
@@ -211,8 +213,21 @@ def _restore_tree(scene: bpy.types.Scene, tree: bpy.types.NodeTree | None, resto
 # ------------------------------------------------------------------------------------------------ nodes
 
 
+def role(node: bpy.types.Node) -> str:
+    """What we made this node for; "" for the user's. A file may hold any property: it must fit the node too."""
+    found = node.get(ROLE)
+    return found if found == "own" or (isinstance(found, str) and node.type == "R_LAYERS") else ""
+
+
+def is_stand_in(node: bpy.types.Node) -> bool:
+    """Whether this is a Hybrid node, whatever the file says of it."""
+    return (
+        node.type == "GROUP" and isinstance(node.get(SOURCE), str) and {"Raster", "Traced"} <= set(node.inputs.keys())
+    )
+
+
 def _is_user(node: bpy.types.Node, scene: bpy.types.Scene, layer: str | None) -> bool:
-    if node.type != "R_LAYERS" or node.get(ROLE) in {"mask", "trace"} or node.scene not in (None, scene):
+    if node.type != "R_LAYERS" or role(node) in {"mask", "trace"} or node.scene not in (None, scene):
         return False
     return (not node.mute or MUTED in node) and layer in (None, node.layer)
 
@@ -227,23 +242,23 @@ def other_outputs(node: bpy.types.Node) -> bool:
     return any(socket.is_linked for socket in node.outputs if socket.name not in {"Image", "Alpha"})
 
 
-def _render_layers_node(tree: bpy.types.NodeTree, role: str, scene: bpy.types.Scene, layer: str) -> bpy.types.Node:
+def _render_layers_node(tree: bpy.types.NodeTree, which: str, scene: bpy.types.Scene, layer: str) -> bpy.types.Node:
     node = tree.nodes.new("CompositorNodeRLayers")
-    node[ROLE] = role
+    node[ROLE] = which
     node.scene = scene
     node.layer = layer
     return node
 
 
-def _own_render_layers(tree: bpy.types.NodeTree, role: str, scene: bpy.types.Scene, layer: str) -> bpy.types.Node:
-    node = next((node for node in tree.nodes if node.get(ROLE) == role), None)
+def _own_render_layers(tree: bpy.types.NodeTree, which: str, scene: bpy.types.Scene, layer: str) -> bpy.types.Node:
+    node = next((node for node in tree.nodes if role(node) == which), None)
     if node is None:
-        node = _render_layers_node(tree, role, scene, layer)
+        node = _render_layers_node(tree, which, scene, layer)
         node.label = {
             "mask": "Hybrid: EEVEE without the ray traced objects",
             "trace": "Hybrid: the ray traced objects",
-        }[role]
-        node.location = {"mask": (-700, -450), "trace": (-700, -800)}[role]
+        }[which]
+        node.location = {"mask": (-700, -450), "trace": (-700, -800)}[which]
     if node.scene != scene:
         node.scene = scene
     if node.layer != layer:

@@ -13,7 +13,7 @@ class Restore:
 
     def __init__(self, scene: bpy.types.Scene) -> None:
         self._scene = scene
-        self._values: dict[str, Any] = json.loads(scene.hybrid.restore) if scene.hybrid.restore else {}
+        self._values = _read(scene.hybrid.restore) if scene.hybrid.restore else {}
 
     def remember(self, name: str, value: Any) -> None:
         """Keep the user's value unless one is already kept. value: anything JSON can hold."""
@@ -37,6 +37,15 @@ class Restore:
     def clear(self) -> None:
         """Put the settings back that are plain values of the scene, and forget everything."""
         if "use_single_layer" in self._values:
-            self._scene.render.use_single_layer = self._values["use_single_layer"]
+            self._scene.render.use_single_layer = bool(self._values["use_single_layer"])
         self._values = {}
         self._scene.hybrid.property_unset("restore")
+
+
+def _read(text: str) -> dict[str, Any]:
+    """What an earlier session wrote, or somebody else: a file is untrusted, and what is no memory of ours is none."""
+    try:
+        values = json.loads(text)
+    except (ValueError, RecursionError):
+        return {}
+    return values if isinstance(values, dict) else {}

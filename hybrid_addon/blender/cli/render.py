@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 
 from ...presets import QUALITY
-from .. import api, flags, handoff, images
+from .. import api, flags, handoff, images, nodes
 from ..errors import HybridError
 from . import batch, frames
 from .common import Verbs, check_outputs, number, open_file, picture, resolution, say
@@ -37,6 +37,7 @@ def add(verbs: Verbs) -> None:
         "--skip-existing", action="store_true",
         help="leave out what is there already, and what another process renders at the moment",
     )  # fmt: skip
+    render.add_argument("--file-outputs", action="store_true", help="let the file's own File Output nodes write too")
     render.add_argument("--progress", choices=batch.PROGRESS, default="text", help="openjd: for Open Job Description")
     render.add_argument("--mode", choices=("hybrid", "raster", "full"), help="default: the file's own")
     render.add_argument("--ray-traced", nargs="+", metavar="NAME", help="flag these objects instead of the file's")
@@ -97,9 +98,25 @@ def _render(arguments: argparse.Namespace) -> None:
         reports.add(shot, report)
         say(f"frame {shot.frame}: {shot.picture} ({seconds:.2f} s, {report['mask_coverage'] * 100:.1f} % ray traced)")
 
+    silenced = [] if arguments.file_outputs else _silence(scenes)
     batch.run(work, render, skip_existing=arguments.skip_existing, progress=arguments.progress)
+    for node in silenced:
+        node.mute = False
     if arguments.handoff:
         _hand_off(work, arguments)
+
+
+def _silence(scenes: Sequence[bpy.types.Scene]) -> list[bpy.types.Node]:
+    """Mute what would write where the file says, and not the user; say it. Returns the nodes."""
+    trees = [tree for scene in scenes if (tree := nodes.compositor_tree(scene))]
+    trees += [tree for tree in bpy.data.node_groups if tree.bl_idname == "CompositorNodeTree" and tree not in trees]
+    found = [node for tree in trees for node in tree.nodes if node.type == "OUTPUT_FILE" and not node.mute]
+    for node in found:
+        node.mute = True
+    if found:
+        what = f"{len(found)} File Output node(s) of the file"
+        say(f"warning: {what} write nothing: --file-outputs lets them write where the file says")
+    return found
 
 
 def _check_handoff(work: Sequence[batch.Shot], arguments: argparse.Namespace) -> None:
@@ -126,6 +143,8 @@ def _hand_off(work: Sequence[batch.Shot], arguments: argparse.Namespace) -> None
 
 def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, Any]:
     """One picture, written last: where it is, its layers are too. Returns the report."""
+    if bpy.context.window:  # of any other scene 4.5 draws EEVEE's half even where nothing uses it
+        bpy.context.window.scene = shot.scene
     result = api.render(
         shot.scene,
         camera=shot.camera,
