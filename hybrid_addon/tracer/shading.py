@@ -199,7 +199,7 @@ def _transmittance(
         active, d, prim, t = active[crossed], d.take(crossed, axis=1), hits.prim[crossed], hits.t[crossed]
         normal, toward = hits.normal.take(crossed, axis=1), hits.toward[crossed]
         table, surface = scene.surfaces, geometry.surface.take(prim)
-        if table.varies.take(surface).any():
+        if table.varies_through.take(surface).any():
             at = origin[:, crossed] + d * t
             table, surface = resolve_crossings(
                 geometry, table, prim.astype(np.intp), at, toward < 0, -normal * np.sign(toward), d

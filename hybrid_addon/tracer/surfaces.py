@@ -36,6 +36,9 @@ VARIABLE = {
 WIDTHS = {"uv": 2, "color": 4, "generated": 3, "object": 3, "tangent": 4}
 """Numbers of a corner, by the first word of an attribute's key; other attributes are known to the hits themselves."""
 
+THROUGH = ("reflectivity", "opacity", "transmission_tint")
+"""What a shadow ray that crosses a surface asks of it; its IOR is the same everywhere."""
+
 CONSTANT = ("ambient", "diffuse", "ior", "coat_ior")
 
 
@@ -68,6 +71,7 @@ class SurfaceTable:
     shadow_clear: Bools  # (s,) lets every shadow ray pass unchanged
 
     varies: Bools  # (s,) each hit has a column of its own
+    varies_through: Bools  # (s,) and what it lets through is not the same everywhere
     surfaces: tuple[Surface, ...]
     lobes: Lobes | None = None  # of tables with columns for hits on layered surfaces
 
@@ -145,10 +149,11 @@ def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
     surfaces = tuple(with_expressions(s) for s in surfaces) or (Surface(),)
     low, high = _bounds(surfaces, 0.0), _bounds(surfaces, 1.0)
     layered = np.array([s.layered for s in surfaces])
+    through = [any(isinstance(getattr(s, name), Expression) for name in THROUGH) for s in surfaces]
     varies = layered | np.array([any(True for _ in expressions_of(s)) for s in surfaces])
     may = {**_flags(low, high), **columns(high)}
     may["mirror"] = np.where(varies, 1, may["mirror"]).astype(np.float32)
-    table = SurfaceTable(**may, varies=varies, surfaces=surfaces)
+    table = SurfaceTable(**may, varies=varies, varies_through=layered | through, surfaces=surfaces)
     table = _with_layers(table, low, high, layered) if layered.any() else table
     return replace(table, shadow_clear=table.shadow_clear & ~table.absorbs)
 
