@@ -18,7 +18,7 @@ import bpy  # noqa: E402
 
 import hybrid_addon  # noqa: E402
 
-from . import scaling, speed, thesis  # noqa: E402
+from . import cycles, povray, scaling, speed, thesis  # noqa: E402
 from .measure import Bench, host  # noqa: E402
 from .table import Table, markdown  # noqa: E402
 
@@ -27,6 +27,8 @@ PARTS: dict[str, Callable[[Bench], list[Table]]] = {
     "hybrid": thesis.hybrid,
     "rays": speed.rays,
     "threads": speed.threads,
+    "cycles": cycles.against_cycles,
+    "povray": povray.against_povray,
     "coverage": scaling.coverage,
     "triangles": scaling.triangles,
     "lights": scaling.lights,
