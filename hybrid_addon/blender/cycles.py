@@ -12,10 +12,11 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..scene import Float64, Scene, Surface
+from ..scene import Color, Expression, Float64, Scene, Surface
 from ..tracer.constants import FILTER_SIGMA
 from . import images, pipeline, results
 from .errors import HybridError
+from .sync.settings import CustomSurface, custom_surface
 
 HOW = "Cycles' Whitted subset of the same file: no diffuse bounces, lights without size, sharp, nothing clamped"
 
@@ -75,9 +76,10 @@ def _shrink(b_light: bpy.types.Light) -> None:
 def _sharpen(b_object: bpy.types.Object, surfaces: list[Surface]) -> None:
     """Custom surfaces as materials; of others, what reflects or transmits becomes sharp."""
     for number, b_slot in enumerate(b_object.material_slots):
-        if b_object.hybrid.surface == "CUSTOM" and number < len(surfaces):
+        custom = custom_surface(b_object) or custom_surface(b_slot.material)
+        if custom is not None and number < len(surfaces):
             b_slot.link = "OBJECT"
-            b_slot.material = _custom(b_slot.material, surfaces[number])
+            b_slot.material = _custom(b_slot.material, custom, surfaces[number])
         elif b_slot.material and b_slot.material.node_tree:
             for b_node in b_slot.material.node_tree.nodes:
                 if b_node.type == "BSDF_PRINCIPLED" and not _is_matte(b_node):
@@ -91,7 +93,7 @@ def _is_matte(b_node: bpy.types.Node) -> bool:
     return not any(socket.is_linked or socket.default_value > 0 for socket in sockets)
 
 
-def _custom(b_material: bpy.types.Material | None, surface: Surface) -> bpy.types.Material:
+def _custom(b_material: bpy.types.Material | None, custom: CustomSurface, surface: Surface) -> bpy.types.Material:
     """r glossy + (1 - r) [o diffuse + (1 - o) glass] + emission, with the colours, or picture, of the original."""
     b_own = b_material.copy() if b_material else bpy.data.materials.new("Whitted")
     if not b_own.node_tree:
@@ -113,19 +115,23 @@ def _custom(b_material: bpy.types.Material | None, surface: Surface) -> bpy.type
         b_tree.links.new(b_mix.inputs[2], b.outputs[0])
         return b_mix
 
-    diffuse = node("BsdfDiffuse", {"Color": (*surface.base_color, 1.0), "Roughness": 0.0})
+    diffuse = node("BsdfDiffuse", {"Color": _rgba(surface.base_color), "Roughness": 0.0})
     if b_source is not None:
         b_tree.links.new(diffuse.inputs["Color"], b_source)
-    glass = node("BsdfGlass", {"Color": (*surface.transmission_tint, 1.0), "Roughness": 0.0, "IOR": surface.ior})
-    glossy = node("BsdfAnisotropic", {"Color": (*surface.reflection_tint, 1.0), "Roughness": 0.0})
-    emission = node("Emission", {"Color": (*surface.emission, 1.0), "Strength": 1.0})
+    glass = node("BsdfGlass", {"Color": _rgba(surface.transmission_tint), "Roughness": 0.0, "IOR": custom.ior})
+    glossy = node("BsdfAnisotropic", {"Color": _rgba(surface.reflection_tint), "Roughness": 0.0})
+    emission = node("Emission", {"Color": _rgba(surface.emission), "Strength": 1.0})
     b_sum = b_tree.nodes.new("ShaderNodeAddShader")
-    b_tree.links.new(
-        b_sum.inputs[0], mix(surface.reflectivity, mix(1 - surface.opacity, diffuse, glass), glossy).outputs[0]
-    )
+    body = mix(custom.reflectivity, mix(1 - custom.opacity, diffuse, glass), glossy)
+    b_tree.links.new(b_sum.inputs[0], body.outputs[0])
     b_tree.links.new(b_sum.inputs[1], emission.outputs[0])
     b_tree.links.new(b_output.inputs["Surface"], b_sum.outputs[0])
     return b_own
+
+
+def _rgba(color: Color) -> tuple[float, float, float, float]:
+    """What varies over a surface is white, or comes from the node that it came from."""
+    return (1.0, 1.0, 1.0, 1.0) if isinstance(color, Expression) else (*color, 1.0)
 
 
 def _set(b_node: bpy.types.Node, values: Mapping[str, Any]) -> bpy.types.Node:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..presets import QUALITY, Quality
-from ..scene import Film, Float32, Float64, Scene, Settings
+from ..scene import Expression, Film, Float32, Float64, Scene, Settings
 from ..tracer import CompiledScene, trace_compiled
 from ..tracer.constants import FIRST_SAMPLES, SAMPLING_SLOPE
 from ..tracer.validate import validate
@@ -138,7 +138,8 @@ class Studio:
         """An estimate of the largest radiance along any ray."""
         scene = self.scene
         sky = 1.0 if scene.world.environment is None else float(np.max(scene.world.environment.pixels[..., :3]))
-        emission = max([max(surface.emission) for surface in scene.surfaces], default=0.0)
+        constant = [s.emission for s in scene.surfaces if not isinstance(s.emission, Expression)]
+        emission = max(map(max, constant), default=0.0)
         return max(BRIGHTER * float(np.max(film.radiance, initial=0.0)), sky * max(scene.world.radiance), emission)
 
     def weight(self, film: Film) -> Float32:

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from hybrid_addon.scene import Instance, PointLight, Scene, Surface, TriangleMesh, World
+from hybrid_addon.scene import Expression, Instance, PointLight, Scene, Surface, TriangleMesh, World
 
 from . import files
 from .measure import Bench, cores
@@ -122,18 +122,21 @@ def _mesh(instance: Instance, mesh: TriangleMesh, surfaces: Sequence[Surface]) -
     yield ",".join(f"<{a},{b},{c}>,{s}" for (a, b, c), s in zip(mesh.triangles, slots, strict=True)) + "}"
     if mesh.normals is not None:
         yield f"normal_indices {{ {len(slots)}, " + ",".join(f"<{a},{b},{c}>" for a, b, c in mesh.corners) + "}"
-    ior = next((surfaces[s].ior for s in instance.surfaces if surfaces[s].opacity < 1), 1.0)
+    ior = next((surfaces[s].ior for s in instance.surfaces if surfaces[s].opacity != 1), 1.0)
     yield f"interior {{ ior {ior} }} }}"
 
 
 def _texture(surface: Surface) -> str:
-    r, o = surface.reflectivity, surface.opacity
-    emission = np.asarray(surface.emission) / np.maximum(surface.base_color, 1e-3)
+    values = (surface.reflectivity, surface.opacity, surface.base_color, surface.emission)
+    if any(isinstance(value, Expression) for value in values):
+        raise RuntimeError(f"{surface.name}: only plain surfaces are described to POV-Ray")
+    r, o, base, emitted = (np.asarray(value, np.float64) for value in values)
+    emission = emitted / np.maximum(base, 1e-3)
     ambient = np.asarray(SKY) * surface.ambient
     mirror = f"reflection {{ rgb {r} rgb 1 fresnel on }}" if o < 1 else f"reflection {{ rgb {r} }}"
     mirror = mirror if o < 1 or r > 0 else ""
     return (
-        f"texture {{ pigment {{ rgb {_vector(surface.base_color)} transmit {(1 - o) * (1 - r)} }} finish {{ "
+        f"texture {{ pigment {{ rgb {_vector(base)} transmit {(1 - o) * (1 - r)} }} finish {{ "
         f"ambient rgb {_vector(ambient * (1 - r) * o)} emission rgb {_vector(emission)} "
         f"diffuse {surface.diffuse * (1 - r) * o} {mirror} }} }}"
     )
