@@ -208,6 +208,10 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
         warnings.append(f"only view layer '{source.name}' is hybrid; drawn by EEVEE alone: {', '.join(others)}")
     if nodes.feeds_nothing(scene, source):
         warnings.append(f"the compositor does not use view layer '{source.name}': the ray traced half does not show")
+    if scene.eevee.use_raytracing and pipeline.effective_mode(scene) == "HYBRID":
+        warnings.append(
+            "EEVEE's Raytracing leaves ray traced objects out: flag what should mirror or refract them, too"
+        )
     if scene.render.use_multiview:
         warnings.append("stereoscopy is not supported: the ray traced half shows one view")
     if scene.render.use_sequencer and scene.sequence_editor and len(scene.sequence_editor.strips_all) > 0:

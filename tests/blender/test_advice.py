@@ -6,7 +6,7 @@ import bpy
 import pytest
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender import cli
+from hybrid_addon.blender import cli, engine
 
 pytestmark = pytest.mark.blender
 
@@ -65,7 +65,7 @@ def test_the_estimate_is_the_rays_of_the_render(row):
     for name in ("Matte", "Floor"):
         row.objects[name].visible_camera = False
     rays = hybrid.render(row).report["rays"]
-    followed = rays["camera"] - 0 + rays["reflected"] + rays["refracted"]
+    followed = rays["camera"] + rays["reflected"] + rays["refracted"]
     camera = 320 * 180 * 16
     seen = sum(entry["coverage"] for entry in hybrid.advise(row)["objects"]) * camera
     assert expected == pytest.approx(followed - camera + seen, rel=0.1)
@@ -100,3 +100,13 @@ def test_the_command(row, tmp_path, capfd):
     out = capfd.readouterr().out
     assert "suggested   Glass: " in out and "all of them: about " in out
     assert cli.main(["advise", str(tmp_path / "none.blend")]) == 2
+
+
+def test_a_mirror_that_eevee_draws_is_warned_of(row):
+    row.objects["Glass"].hybrid.ray_traced = True
+    hybrid.enable(row)
+    assert engine.scene_warnings(row) == []
+    row.eevee.use_raytracing = True
+    assert "flag what should mirror or refract them" in engine.scene_warnings(row)[0]
+    row.hybrid.mode = "FULL"
+    assert engine.scene_warnings(row) == []
