@@ -36,7 +36,7 @@ class Audit:
 
     def result(self, totals: Totals, tolerance: float) -> dict[str, float | int]:
         """How wrong the four samples were: mean and largest error, and the share of pixels beyond the tolerance."""
-        after = totals.mean()[:, self.pixels] if len(self.pixels) else self.before
+        after = totals.mean(self.pixels)
         error = np.abs(after - self.before).max(axis=0, initial=0.0)
         beyond = int(np.count_nonzero(contrast(after, self.before).max(axis=0, initial=0.0) > tolerance))
         k = len(self.pixels)
@@ -90,7 +90,7 @@ def audit(totals: Totals, left_alone: Pixels, x: NDArray[np.intp], y: NDArray[np
     salt = hash32(np.array([seed & 0xFFFFFFFF], np.uint32) ^ AUDIT_SALT)
     drawn = hash32(x.astype(np.uint32) ^ hash32(y.astype(np.uint32) ^ salt)) < np.uint32(share * 0xFFFFFFFF)
     pixels = left_alone[drawn]
-    return Audit(pixels, totals.mean()[:, pixels], n)
+    return Audit(pixels, totals.mean(pixels), n)
 
 
 def upper_limit(k: int, n: int, confidence: float = 0.95) -> float:

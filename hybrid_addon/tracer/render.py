@@ -21,6 +21,9 @@ from .validate import validate
 __all__ = ["Cancelled", "Progress", "trace", "trace_compiled"]
 
 DEFAULTS = Settings()
+BAND = 1 << 16
+"""Pixels that are developed at once: what is only needed meanwhile stays small in large pictures."""
+
 PHASES = ("build", "intersect", "occluded", "shade", "develop")
 
 
@@ -99,7 +102,8 @@ class _Frame:
         self.schedule.run()
         for skipped in self.schedule.skipped:
             self._skip(*skipped)
-        coverage = (self.total.seen / np.maximum(self.total.samples, 1)).astype(np.float32)
+        coverage = np.zeros(len(self.total.seen), np.float32)
+        np.divide(self.total.seen, np.maximum(self.total.samples, 1), out=coverage, casting="same_kind")
         known = self._fill_gaps(self.total.seen > 0) if self.must_fill else self.total.samples > 0
         self.passes.report(1.0)
         with self.tally.phase("develop"):
@@ -139,23 +143,25 @@ class _Frame:
 
     def _develop(self, coverage: Float32, known: NDArray[np.bool_]) -> Film:
         """Means over the samples that count, failures in pink, gaps from the neighbours."""
-        with np.errstate(all="ignore"):
-            radiance = np.ascontiguousarray(self.total.mean().T)
-            residual = (self.total.residual / np.where(self.total.seen > 0, self.total.seen, 1.0)).astype(np.float32)
-        failed = ~np.isfinite(radiance).all(axis=1) | ~np.isfinite(residual)
-        self.tally.add("nan_pixels", np.count_nonzero(failed))
-        self.tally.add("negative_radiance", np.count_nonzero((radiance < 0).any(axis=1)))
-        radiance[failed] = FAILED_PIXEL
-        residual[failed] = 1
+        n = self.width * self.height
+        radiance, residual = np.empty((n, 3), np.float32), np.empty(n, np.float32)
+        for start in range(0, n, BAND):
+            band = slice(start, start + BAND)
+            light, lost = self.total.mean(band), self.total.mean_residual(band)
+            failed = ~np.isfinite(light).all(axis=0) | ~np.isfinite(lost)
+            self.tally.add("nan_pixels", np.count_nonzero(failed))
+            self.tally.add("negative_radiance", np.count_nonzero((light < 0).any(axis=0)))
+            light[:, failed] = np.array(FAILED_PIXEL)[:, None]
+            lost[failed] = 1
+            radiance[band], residual[band] = light.T, lost
         shape = (self.height, self.width)
-        radiance = radiance.reshape(*shape, 3)
-        coverage, residual = coverage.reshape(shape), residual.reshape(shape)
-        wanted = np.zeros(self.width * self.height, bool)
+        picture, coverage, residual = radiance.reshape(*shape, 3), coverage.reshape(shape), residual.reshape(shape)
+        wanted = np.zeros(n, bool)
         wanted[self.pixels] = True
-        images = (radiance, residual) if self.must_fill else (radiance, residual, coverage)
+        images = (picture, residual) if self.must_fill else (picture, residual, coverage)
         filled = fill_from_neighbours(images, known.reshape(shape), wanted.reshape(shape))
         self._skip("pixels without a sample", "copied from the nearest traced pixel", filled)
-        return self._film(radiance, coverage, residual)
+        return self._film(picture, coverage, residual)
 
     def _film(self, radiance: Float32, coverage: Float32, residual: Float32) -> Film:
         counts = self.tally.counts

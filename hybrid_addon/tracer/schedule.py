@@ -44,7 +44,7 @@ class Schedule:
         self.passes, self.totals, self.pixels, self.mask = passes, totals, pixels, mask
         self.began, self.deadline = time.perf_counter(), deadline
         self.size = (y1 - y0, x1 - x0)
-        self.x, self.y = x0 + pixels % (x1 - x0), y0 + pixels // (x1 - x0)
+        self.corner = (x0, y0)
         self.adaptive = is_adaptive(scene)
         self.skipped: list[tuple[str, str, int]] = []
         self.sampling: dict[str, object] = {}
@@ -89,9 +89,10 @@ class Schedule:
     def _coarse_to_fine(self) -> bool:
         """The first sample of all pixels. Of the coarsest raster that meets any it is taken whatever the time."""
         step, coarser = COARSEST, np.zeros(len(self.pixels), bool)
+        x, y = self._places(self.pixels)
         deadline = math.inf
         while step >= 1:
-            met = (self.x % step == 0) & (self.y % step == 0)
+            met = (x % step == 0) & (y % step == 0)
             pixels = self.pixels[met & ~coarser]
             if len(pixels):
                 if not self._pass(pixels, 0, 1, self._fractions(), deadline):
@@ -124,11 +125,16 @@ class Schedule:
         """The pixels that take all their samples: those that need them, and some of the others as a check."""
         needed = choose(self.totals, self.pixels, self.size, self.mask, self.settings.adaptive)
         alone = self.pixels[~needed]
-        check = audit(self.totals, alone, self.x[~needed], self.y[~needed], self.settings.seed)
+        check = audit(self.totals, alone, *self._places(alone), self.settings.seed)
         pixels = np.union1d(self.pixels[needed], check.pixels)
         rest = self.settings.samples - FIRST_SAMPLES
         self._skip("samples", "their pixels are even (adaptive)", (len(self.pixels) - len(pixels)) * rest)
         return pixels, check
+
+    def _places(self, pixels: Pixels) -> tuple[Pixels, Pixels]:
+        """Absolute x and y (n,) of pixels."""
+        width = self.size[1]
+        return self.corner[0] + pixels % width, self.corner[1] + pixels // width
 
     def _note_errors(self) -> None:
         """How many samples there were, and the error to expect of them, over the traced pixels and as they show."""

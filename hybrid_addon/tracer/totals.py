@@ -97,10 +97,18 @@ class Totals:
         assert self.high is not None
         return contrast(np.minimum(self.low, self.high), self.high).max(axis=0)
 
-    def mean(self) -> Float32:
-        """(3, n) radiance: the mean over the samples that count; 0 where none does."""
+    def mean(self, pixels: Pixels | slice = slice(None)) -> Float32:
+        """(3, m) radiance of pixels: the mean over the samples that count; 0 where none does."""
+        return self._over_seen(self.radiance, pixels)
+
+    def mean_residual(self, pixels: Pixels | slice = slice(None)) -> Float32:
+        """(m,) throughput that was cut off, in the same mean."""
+        return self._over_seen(self.residual, pixels)
+
+    def _over_seen(self, sums: Float64, pixels: Pixels | slice) -> Float32:
+        seen = self.seen[pixels]
         with np.errstate(all="ignore"):
-            return (self.radiance / np.where(self.seen > 0, self.seen, 1.0)).astype(np.float32)
+            return np.asarray((sums[..., pixels] / np.where(seen > 0, seen, 1.0)).astype(np.float32))
 
 
 def _sum(groups: Float64) -> Float64:

@@ -1,6 +1,7 @@
 """A deadline: coarse to fine, what is given up first, and that in time nothing is."""
 
 import time
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -116,3 +117,17 @@ def test_two_equal_passes_are_two_halves(scene, clock):
 
 def test_totals_know_nothing_at_first():
     assert np.isnan(Totals.zeros(3, signed=False).variance).all()
+
+
+def test_a_larger_picture_needs_little_more_than_its_pixels(build):
+    """Rays come in chunks: what grows with the picture are its film (20 bytes a pixel) and its sums."""
+    s = build.scene((build.quad([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)]), build.emitter(1, 1, 1)))
+    peak = {}
+    for size in (128, 512):
+        window = (0, 0, size, size)
+        large = replace(s, camera=replace(s.camera, resolution=window[2:], window=window))
+        tracemalloc.start()
+        trace(large, Settings(samples=1, see="ALL", threads=1, chunk=1 << 12))
+        peak[size] = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    assert (peak[512] - peak[128]) / (512**2 - 128**2) < 100
