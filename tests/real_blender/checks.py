@@ -273,6 +273,13 @@ def test_the_panels_draw(blender: Blender, folder: Path) -> None:
     assert picture.std() > 0.05
 
 
+def test_advice_flags_undoes_and_draws(blender: Blender, folder: Path) -> None:
+    """What needs rays, in a window: asked, flagged with one click, undone, redone; the list and the panels draw."""
+    printed = blender("--python", HERE / "advice.py", "--", folder, command=XVFB_BLENDER)
+    assert "ADVICE: ok" in printed, printed
+    assert read(folder / "advice.png").std() > 0.05
+
+
 def test_the_viewport_shows_the_preview(blender: Blender, folder: Path, scene: Path) -> None:
     """The ball of rendered shading turns into a mirror at rest, again after a movement; disabling takes it away."""
     printed = blender(scene, "--python", HERE / "preview.py", "--", folder / "preview", command=XVFB_BLENDER)
