@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hybrid_addon.scene import Settings, Sphere, SunLight, Surface, World
+from hybrid_addon.scene import PointLight, Settings, Sphere, SunLight, Surface, World
 from hybrid_addon.tracer import CompiledScene, trace
 from hybrid_addon.tracer.explain import explain
 
@@ -104,6 +104,15 @@ def test_a_floor_within_smoke_is_lit_through_what_lies_above_it(build, look):
     wide = build.box((-5, -5, -1), (5, 5, 1))
     film = look((floor(build, 0.0), build.matte(ambient=0.0)), (wide, smoke()), world=World(), lights=(SUN,))
     np.testing.assert_allclose(middle(film), plain * np.exp(-(1 + 1 / 0.8) * np.array(SIGMA)), rtol=1e-4)
+
+
+def test_a_lamp_within_smoke(build, look):
+    """1 m from the lamp to the floor, 1.5 m from there to the top of the smoke."""
+    lamp = PointLight("lamp", (0, 0, 0.5), (5, 5, 5))
+    ground = floor(build, -0.5), build.matte(ambient=0.0)
+    plain = look(ground, world=World(), lights=(lamp,), size=(65, 65)).radiance[32, 32]
+    film = look(ground, (build.box(), smoke()), world=World(), lights=(lamp,), size=(65, 65))
+    np.testing.assert_allclose(film.radiance[32, 32], plain * np.exp(-2.5 * np.array(SIGMA)), rtol=1e-4)
 
 
 def test_open_surfaces_have_no_inside_and_the_report_says_so(build, look):

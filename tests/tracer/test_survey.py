@@ -105,3 +105,18 @@ def test_projection_is_the_inverse_of_the_camera(build):
         origin, direction, _ = generate_rays(camera, x, y, np.zeros(3), 10.0)
         back = project(camera, origin + 3.0 * direction.astype(float))
         np.testing.assert_allclose(back[:2], [x, y], atol=1e-3)
+
+
+def test_the_back_of_a_thing_is_not_what_the_picture_shows(build, found):
+    """A mirror behind a box shows its back, at a place of the picture where its front is."""
+    mirror = facing(build, -4, 50.0)
+    camera = build.camera((3, 0, 8), size=(64, 64))
+    shares, _ = found((mirror, build.mirror()), (build.box(), build.matte()), camera=camera)
+    assert shares["OFF_SCREEN"] > 0.005
+
+
+def test_what_lies_behind_a_veil_is_seen_as_without_it(build, found):
+    """Going straight through is no refraction."""
+    veil = build.matte(opacity=0.5, ior=1.0)
+    back = facing(build, -3, 50), build.matte()
+    assert found((facing(build, 1), veil), (facing(build, 0, 3.0), build.glass()), back)[0] == {}
