@@ -140,7 +140,7 @@ def summary(report: Report) -> str:
         if target["ratio"]:
             text += (
                 f" For RMSE {target['rmse']:.2g} Cycles takes {target['cycles']:.3g} s, the ray tracer "
-                f"{target['ours']:.3g} s: {target['ratio']:.3g} times faster."
+                f"{target['ours']:.3g} s: Cycles / ray tracer {target['ratio']:.3g}."
             )
     return text
 

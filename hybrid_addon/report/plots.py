@@ -99,6 +99,7 @@ def _bounces(axes: Any, report: Report) -> None:
     if any(e["rmse"] > 0 or e["residual_max"] > 0 for e in series):
         _label(axes, "bounces", "radiance")
     else:
+        axes.set_axis_off()
         axes.text(0.5, 0.5, "nothing is cut off at any number of bounces", ha="center", transform=axes.transAxes)
 
 

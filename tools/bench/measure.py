@@ -17,6 +17,8 @@ import numpy as np
 
 from hybrid_addon.tracer.accel import embree_version
 
+from .table import Table
+
 ROOT = Path(__file__).resolve().parents[2]
 Work = Callable[[], Any]
 
@@ -77,6 +79,13 @@ class Bench:
     def left(self) -> float:
         """Seconds until the deadline."""
         return self.deadline - time.perf_counter()
+
+    def is_over(self, table: Table) -> bool:
+        """Whether the time is up; the table then says that it is cut short."""
+        if self.left > 0:
+            return False
+        table.note = "**The time limit cut this table short.** " + table.note
+        return True
 
     def side_by_side(self, candidates: Mapping[str, Work]) -> dict[str, Timing]:
         """Run all candidates in turn, first once uncounted; a first round that tries the patience counts."""

@@ -49,6 +49,8 @@ def against_povray(bench: Bench) -> list[Table]:
         if "BENCH_KEEP" in os.environ:  # to look at the picture
             shutil.copy(model, os.environ["BENCH_KEEP"])
         for side in (1, 4):
+            if bench.is_over(table):
+                break
             how = replace(settings, samples=side * side, see="ALL", max_depth=DEPTH, cutoff=CUTOFF, adaptive=0.0)
             pov = partial(_povray, program, model, (size[0] * side, size[1] * side))
             timings = bench.side_by_side({"ours": partial(files.traced, scene, how), "povray": pov})

@@ -28,6 +28,8 @@ def thesis(bench: Bench) -> list[Table]:
         if not files.without_opengl():
             files.warm_up(scene)
         for samples in (1, SUPERSAMPLES):
+            if bench.is_over(table):
+                return [table]
             bench.say(f"{name}, {samples} samples")
             timings = bench.side_by_side({mode: partial(files.render, scene, mode, samples, samples) for mode in modes})
             mask = f"{timings['HYBRID'].last['mask_coverage'] * 100:.0f} %" if "HYBRID" in timings else None
