@@ -240,8 +240,8 @@ class PointLight:
     """Radiates `intensity` (W/sr, RGB) in all directions.
 
     range        : metres; EEVEE's window (1 - (d^2/range^2)^2)^2 fades the light, which ends there. inf = physical.
-    radius       : metres, of the emitting ball; 0 = a point.
-    soft_falloff : EEVEE's factor d^2 / (d^2 + radius^2).
+    radius       : metres, of the emitting ball; 0 = a point, with hard shadows.
+    soft_falloff : a disk that faces the receiver, not a ball: EEVEE's factor d^2 / (d^2 + radius^2).
     diffuse, specular : weights of this light in the two lobes.
     """
 
@@ -272,7 +272,10 @@ class SpotLight(PointLight):
 
 @dataclass(frozen=True, eq=False)
 class SunLight:
-    """Parallel light: `irradiance` (W/m^2, RGB) on a plane facing it; `direction` (unit) points *to* the sun."""
+    """Parallel light: `irradiance` (W/m^2, RGB) on a plane facing it; `direction` (unit) points *to* the sun.
+
+    angle : radians, the diameter of its disk in the sky; 0 = hard shadows.
+    """
 
     name: str
     direction: tuple[float, float, float]
@@ -350,6 +353,7 @@ class Settings:
     transparent   : with "ALL", pixels where nothing is hit get alpha 0 (Film > Transparent).
     threads       : worker threads, 0 = all cores. chunk: camera rays a thread takes at once. Neither changes a pixel.
     seed          : of the sampling pattern, together with the pixel's absolute position.
+    shadow_samples : rays to each light that has a size, for each hit, spread over the light; 0 = hard shadows.
     adaptive      : 0 = all samples in every pixel; else pixels stop at 4 whose samples and neighbours agree in what
                     they met and, within this contrast, in colour. What brings less than this share does not count.
     keep          : names of prunings (tracer.plan.PRUNINGS) to do without, so that tests can show that the exact ones
@@ -367,6 +371,7 @@ class Settings:
     cutoff: float = 0.0
     adaptive: float = 0.0
     keep: frozenset[str] = frozenset()
+    shadow_samples: int = 1
 
 
 @dataclass(frozen=True, eq=False)

@@ -89,6 +89,7 @@ def render(
     cutoff: float | None = None,
     adaptive: float | None = None,
     time_budget: float | None = None,
+    shadow_samples: int | None = None,
     light_falloff: str | None = None,
     resolution: tuple[int, int] | None = None,
     threads: int | None = None,
@@ -108,6 +109,7 @@ def render(
         "cutoff": cutoff,
         "adaptive": adaptive,
         "time_budget": time_budget,
+        "shadow_samples": shadow_samples,
     }
     overrides = {
         **quality(preset),

@@ -160,6 +160,7 @@ def tracer_settings(scene: bpy.types.Scene) -> Settings:
         max_depth=scene.hybrid.max_depth,
         cutoff=scene.hybrid.cutoff,
         adaptive=scene.hybrid.adaptive,
+        shadow_samples=scene.hybrid.shadow_samples,
         filter_radius=scene.render.filter_size,
         see="ALL" if scene.hybrid.mode == "FULL" else "FLAGGED",
         transparent=scene.render.film_transparent,
@@ -176,7 +177,17 @@ def preview_settings(scene: bpy.types.Scene) -> Settings:
 
 def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:
     """What the report says of the settings."""
-    names = ("mode", "samples", "max_depth", "cutoff", "adaptive", "time_budget", "light_falloff", "threads")
+    names = (
+        "mode",
+        "samples",
+        "max_depth",
+        "cutoff",
+        "adaptive",
+        "time_budget",
+        "shadow_samples",
+        "light_falloff",
+        "threads",
+    )
     return {
         **{name: getattr(scene.hybrid, name) for name in names},
         "eevee_samples": scene.eevee.taa_render_samples,

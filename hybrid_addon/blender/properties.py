@@ -204,6 +204,14 @@ class HybridSceneSettings(PropertyGroup):
         step=100,
         unit="TIME_ABSOLUTE",
     )
+    shadow_samples: IntProperty(  # type: ignore[valid-type]
+        name="Shadow Samples",
+        description="Rays to each light with a size, for each sample of a pixel; 0 draws hard shadows",
+        default=1,
+        min=0,
+        max=1024,
+        soft_max=16,
+    )
     light_falloff: EnumProperty(  # type: ignore[valid-type]
         name="Light Falloff",
         description="How far lights reach in the ray traced objects and in what they reflect",

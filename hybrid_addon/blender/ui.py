@@ -151,6 +151,7 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
         column.prop(settings, "adaptive")
         column.prop(settings, "cutoff")
         column.prop(settings, "time_budget")
+        column.prop(settings, "shadow_samples")
         column.prop(settings, "light_falloff")
         column = layout.column(heading="Viewport")
         column.prop(settings, "preview")

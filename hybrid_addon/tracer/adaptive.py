@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..scene import Float32
 from .constants import AUDIT_AT_MOST, AUDIT_PIXELS, AUDIT_SHARE
-from .film import hash32
+from .sampler import hash32
 from .totals import Totals, contrast
 
 Bools = NDArray[np.bool_]

@@ -134,6 +134,9 @@ REACH_MARGIN = 2.0**-16
 FAR_AREA_RATIO = 64.0
 """An area light further away than so many half diagonals is a point to 2e-4; its edge sum would cancel in float32."""
 
+NEAR_BALL = 1.0e-4
+"""A point nearer to a ball light than this share of its squared distance sees it as from there."""
+
 FILTER_SIGMA = 0.284
 """EEVEE's Gaussian pixel filter: standard deviation over radius (eevee_film.cc)."""
 

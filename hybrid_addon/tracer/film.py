@@ -15,22 +15,7 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .constants import FILTER_SIGMA
-
-UInt32 = NDArray[np.uint32]
-
-# R2 sequence (Roberts 2018): fractional parts of n / g and n / g^2, g^3 = g + 1, as 32 bit fixed point numbers.
-_G = 1.32471795724474602596
-_R2_X = np.uint32(round(2**32 / _G))
-_R2_Y = np.uint32(round(2**32 / (_G * _G)))
-
-
-def hash32(v: UInt32) -> UInt32:
-    """A good mix of 32 bits (Wellons 2018, lowbias32), wrapping."""
-    v = v ^ (v >> np.uint32(16))
-    v = v * np.uint32(0x7FEB352D)
-    v = v ^ (v >> np.uint32(15))
-    v = v * np.uint32(0x846CA68B)
-    return v ^ (v >> np.uint32(16))
+from .sampler import pixel_keys, r2
 
 
 def film_positions(
@@ -38,15 +23,10 @@ def film_positions(
 ) -> tuple[Float64, Float64]:
     """Film positions (m * count,) of samples first .. first + count - 1 of pixels x, y (m,), pixel by pixel.
 
-    Each pixel shifts the R2 sequence by a hash of its place in the full frame and the seed (Cranley & Patterson 1976).
+    The first dimension of the `sampler`: each pixel shifts the R2 sequence.
     """
-    ux, uy = x.astype(np.uint32), y.astype(np.uint32)
-    salt = hash32(np.array([seed & 0xFFFFFFFF], np.uint32))
-    key = hash32(ux ^ hash32(uy ^ salt))
-    n = np.arange(first, first + count, dtype=np.uint32)
-    # float32 is enough from here on: an offset of a pixel is good to 1e-7 of it.
-    u = (key[:, None] + n * _R2_X).ravel().astype(np.float32) * np.float32(2.0**-32)
-    v = (hash32(key ^ np.uint32(0x9E3779B9))[:, None] + n * _R2_Y).ravel().astype(np.float32) * np.float32(2.0**-32)
+    key, number = pixel_keys(x, y, seed), np.arange(first, first + count, dtype=np.uint32)
+    u, v = r2(key[:, None], number)
     dx, dy = gaussian_disk(u, v, radius)
     return np.repeat(x + 0.5, count) + dx, np.repeat(y + 0.5, count) + dy
 

@@ -14,7 +14,7 @@ from .constants import BUMP_STEP
 from .geometry import Geometry
 from .primitives import barycentrics
 from .textures import sample_texture
-from .vectors import Array, cross, dot
+from .vectors import Array, cross, dot, orthonormal_basis
 
 Numbers = NDArray[np.intp]
 
@@ -125,10 +125,6 @@ class HitData:
 
 
 def _plane_coordinates(normal: Float64, point: Float64) -> tuple[Float64, Float64]:
-    """Coordinates along two axes of a plane; for a floor along x and y (Duff et al. 2017, branchless basis)."""
-    sign = np.where(normal[2] < 0, -1.0, 1.0)
-    a = -1 / (sign + normal[2])
-    b = normal[0] * normal[1] * a
-    x = (1 + sign * normal[0] ** 2 * a) * point[0] + sign * b * point[1] - sign * normal[0] * point[2]
-    y = b * point[0] + (sign + normal[1] ** 2 * a) * point[1] - normal[1] * point[2]
-    return x, y
+    """Coordinates along two axes of a plane; for a floor along x and y."""
+    tangent, bitangent = orthonormal_basis(normal)
+    return dot(tangent, point), dot(bitangent, point)

@@ -11,6 +11,7 @@ from ..scene import Float32, Float64
 from .geometry import Geometry
 from .primitives import Hits, barycentrics
 from .rays import Rays, offset_origin, origin_offset
+from .sampler import Draws
 from .surfaces import SurfaceTable
 from .vectors import Index, count, dot, put, select, take
 
@@ -33,6 +34,7 @@ class Interaction:
     outer       : (3, n) float32, origin of new rays on the side of wo
     media       : (rows, n) int32, solids around the hit on the side of wo; None: nothing absorbs, nobody asks
     lit         : (n,) uint32, sum of the keys of the lights that reach it; None: nobody asks
+    draws       : its random numbers; None: shadows are hard
     """
 
     prim: Numbers
@@ -47,6 +49,7 @@ class Interaction:
     outer: Float32
     media: NDArray[np.int32] | None = None
     lit: NDArray[np.uint32] | None = None
+    draws: Draws | None = None
 
     def inner(self, index: Index) -> Float32:
         """Origins (3, m) of new rays on the far side, for the hits `index`."""
@@ -73,6 +76,7 @@ class Interaction:
             outer=take(self.outer, index),
             media=None if self.media is None else take(self.media, index),
             lit=None if self.lit is None else take(self.lit, index),
+            draws=None if self.draws is None else self.draws.take(index),
         )
 
 

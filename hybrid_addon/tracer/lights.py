@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import AreaLight, Float32, Float64, Light, PointLight, SpotLight, SunLight
-from .constants import FAR_AREA_RATIO, SPOT_BLEND_FLOOR
-from .film import hash32
-from .vectors import Array, count, cross, dot, matrix_times, select, take
+from .constants import FAR_AREA_RATIO, NEAR_BALL, SPOT_BLEND_FLOOR
+from .sampler import UInt32, disk, hash32
+from .vectors import Array, count, cross, dot, matrix_times, orthonormal_basis, select, take
 
 Bools = NDArray[np.bool_]
 
@@ -26,7 +27,7 @@ class CompiledLight:
 
     color    : (3, 1) float32, its intensity, irradiance or radiance.
     position : (3, 1) float32; for a sun its direction.
-    key      : what it adds to the path signature of a point that it reaches.
+    key      : what it adds to the path signature of a point that it reaches, and its dimension of the sampler.
     """
 
     light: Light
@@ -38,6 +39,14 @@ class CompiledLight:
     def is_black(self) -> bool:
         """Cannot light anything."""
         return not self.color.any() or (self.light.diffuse == 0 and self.light.specular == 0)
+
+    @property
+    def is_soft(self) -> bool:
+        """Has a size, and so casts soft shadows."""
+        light = self.light
+        if isinstance(light, SunLight):
+            return light.cast_shadow and light.angle > 0
+        return light.cast_shadow and (isinstance(light, AreaLight) or light.radius > 0)
 
 
 @dataclass(eq=False)
@@ -57,8 +66,7 @@ class Illumination:
 def compile_lights(lights: Sequence[Light], center: Float64) -> list[CompiledLight]:
     """Place all lights relative to the scene's centre."""
     compiled = []
-    keys = hash32(np.arange(1, len(lights) + 1, dtype=np.uint32))
-    for light, key in zip(lights, keys, strict=True):
+    for light, key in zip(lights, _keys(lights), strict=True):
         if isinstance(light, SunLight):
             direction = np.array(light.direction, np.float64)
             color, place = light.irradiance, direction / np.sqrt((direction * direction).sum())
@@ -70,6 +78,14 @@ def compile_lights(lights: Sequence[Light], center: Float64) -> list[CompiledLig
             CompiledLight(light, np.array(color, np.float32)[:, None], np.asarray(place, np.float32)[:, None], key)
         )
     return compiled
+
+
+def _keys(lights: Sequence[Light]) -> UInt32:
+    """One for each light, by its name: what other lights there are does not move its samples."""
+    names = [light.name for light in lights]
+    twins = [names[:number].count(name) for number, name in enumerate(names)]
+    numbers = [crc32(f"{name}\0{twin}".encode()) for name, twin in zip(names, twins, strict=True)]
+    return hash32(np.array(numbers, np.uint32))
 
 
 def illuminate(compiled: CompiledLight, point: Float32, normal: Float32, least_distance: Float32) -> Illumination:
@@ -99,18 +115,51 @@ def angular_radius(compiled: CompiledLight, point: Float64) -> Float32:
     return np.arctan(radius / np.sqrt(np.maximum(dot(away, away), radius * radius + 1e-300))).astype(np.float32)
 
 
-def shadow_rays(compiled: CompiledLight, origin: Float32) -> tuple[Float32, Float32]:
-    """Unit directions (3, n) from origins (3, n) to the light and distances (n,): hard shadows, towards its centre.
+def shadow_rays(
+    compiled: CompiledLight, origin: Float32, normal: Float32, square: tuple[Float32, Float32] | None
+) -> tuple[Float32, Float32]:
+    """Unit directions (3, n) from origins (3, n) to the light and distances (n,).
 
-    Soft shadows would aim at a stratified sample on the light instead, and average the visibilities.
+    square : points (n,) of the unit square, which choose points on the light, all of its shape alike; those that lie
+             below the horizon of the normals (3, n) change sides, as `illuminate` has no light from there. None: hard
+             shadows, towards the centre.
     """
-    if isinstance(compiled.light, SunLight):
-        n = origin.shape[1]
-        return np.broadcast_to(compiled.position, (3, n)), np.full(n, np.inf, np.float32)
-    wi = compiled.position - origin
-    distance = np.sqrt(dot(wi, wi))
+    n = origin.shape[1]
+    is_sun = isinstance(compiled.light, SunLight)
+    wi: Float32 = np.broadcast_to(compiled.position, (3, n)) if is_sun else compiled.position - origin
+    if square is not None:
+        offset = _offset_on_light(compiled.light, wi, square)
+        wi = wi + np.where(dot(wi + offset, normal) > 0, offset, -offset)
+    elif is_sun:
+        return wi, np.full(n, np.inf, np.float32)
+    distance: Float32 = np.sqrt(dot(wi, wi))
     wi *= 1 / distance
+    if is_sun:
+        distance = np.full(n, np.inf, np.float32)
     return wi, distance
+
+
+def _offset_on_light(light: Light, wi: Float32, square: tuple[Float32, Float32]) -> Float32:
+    """From the centre of a light, seen along wi (3, n), to points of its shape: (3, n).
+
+    A sun is a disk of radius tan(angle / 2) at distance 1. A point light is a disk that faces the receiver; as a ball
+    (no soft falloff) it is the larger disk that fills the same cone, r d / sqrt(d^2 - r^2).
+    """
+    if isinstance(light, AreaLight):
+        x, y = disk(*square) if light.shape == "ELLIPSE" else (2 * square[0] - 1, 2 * square[1] - 1)
+        axes = zip(light.axis_u, light.axis_v, strict=True)
+        return np.stack([np.float32(u) * x + np.float32(v) * y for u, v in axes])
+    x, y = disk(*square)
+    d2 = dot(wi, wi)
+    if isinstance(light, SunLight):
+        radius = np.full(len(d2), np.tan(light.angle / 2), np.float32)
+    elif light.soft_falloff:
+        radius = np.full(len(d2), light.radius, np.float32)
+    else:
+        r2 = np.float32(light.radius**2)
+        radius = np.sqrt(r2 * d2 / np.maximum(d2 - r2, np.float32(NEAR_BALL) * d2))
+    tangent, bitangent = orthonormal_basis(wi * (1 / np.sqrt(d2)))
+    return tangent * (x * radius) + bitangent * (y * radius)
 
 
 def _illuminate_sun(compiled: CompiledLight, normal: Float32) -> Illumination:

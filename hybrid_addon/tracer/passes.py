@@ -23,6 +23,7 @@ from .compiled import CompiledScene
 from .film import film_positions
 from .primitives import PrimitiveSet
 from .rays import camera_rays
+from .sampler import Sampler, pixel_keys
 from .signature import Signatures, identities
 from .sums import Sums
 from .tally import Tally
@@ -163,11 +164,14 @@ class Passes:
             )
             media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, tally)
             n = len(pixels) * work.count
-            rays = camera_rays(origin, direction, t_max, np.arange(n), media, work.signed)
+            sampler = None
+            if self.scene.plan.soft_shadows:
+                sampler = Sampler(pixel_keys(x, y, self.settings.seed), work.first, work.count)
+            rays = camera_rays(origin, direction, t_max, np.arange(n), media, work.signed or sampler is not None)
             tally.add("camera", n)
             sums = Sums.zeros(len(pixels), work.count, self.settings.cutoff, work.groups)
             if work.signed and self.identity is not None:
                 importance = np.float32(self.settings.adaptive)
                 sums.signatures = Signatures(np.zeros(n, np.uint32), self.identity, importance)
-            trace_rays(self.scene, rays, work.seen, sums, tally, check)
+            trace_rays(self.scene, rays, work.seen, sums, tally, check, sampler=sampler)
             totals.add(pixels, sums)

@@ -57,6 +57,7 @@ PRUNINGS = (
     Pruning("far-lights", "exact if", "lights", "all that could answer to them is out of their range or behind them"),
     Pruning("shadows", "exact if", "all shadow rays", "no light casts shadows, or nothing can cast one"),
     Pruning("unlit", "exact", "single shadow rays", "no light would arrive: it is behind, out of range or cone"),
+    Pruning("soft-shadows", "exact if", "random points on lights", "no light that casts shadows has a size"),
     Pruning("any-hit", "exact if", "the nearest hit along shadow rays", "what is hit is opaque: any hit will do"),
     Pruning("normals", "exact if", "shading normals", "every triangle is flat"),
     Pruning("textures", "exact if", "texture look-ups", "no value varies over a surface"),
@@ -82,6 +83,7 @@ class Plan:
     world     : add the light of rays that leave the scene.
     shadows   : trace shadow rays.   unlit : even where no light would arrive.   any_hit : ask for any hit where it will
                 do.
+    soft_shadows : shadow rays may go to points spread over their lights.
     applies   : pruning -> whether it is made.   skipped : what was left out: {"what", "why", "count"}.
     """
 
@@ -97,6 +99,7 @@ class Plan:
     any_hit: bool
     emission: bool
     world: bool
+    soft_shadows: bool
     applies: dict[str, bool] = field(default_factory=dict)
     skipped: Skipped = field(default_factory=list)
 
@@ -227,6 +230,9 @@ def make_plan(
     specular = not spare("highlights", not lights or none(table.shades_specular), why, n)
     shadows = _shadows(geometry, table, lights, diffuse or specular, notes)
     unlit = shadows and not spare("unlit", True)
+    sized = any(light.is_soft for light in lights)
+    soft = shadows and settings.shadow_samples > 0
+    soft = soft and not spare("soft-shadows", not sized, "no light that casts shadows has a size", len(lights))
     any_hit = spare("any-hit", shadows and bool((geometry.shadow & table.shadow_opaque[geometry.surface]).any()))
     spare("cutoff", settings.cutoff > 0)
     spare("adaptive", settings.adaptive > 0)
@@ -243,6 +249,7 @@ def make_plan(
         any_hit=any_hit,
         emission=emission,
         world=escapes,
+        soft_shadows=soft,
         applies=notes.applies,
         skipped=notes.skipped,
     )

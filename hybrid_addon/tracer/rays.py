@@ -24,7 +24,8 @@ class Rays:
     passes            : (n,) int16, index-matched surfaces passed unbent so far; they do not count as bounces.
     t_max             : (n,) float32, camera clip end for camera rays, else inf.
     media             : (rows, n) int32, ranks of the solids that the ray is inside of (see `media`).
-    path              : (rows, n) uint32, which reflections and refractions led here (see `signature`), or no rows.
+    path              : (rows, n) uint32, which reflections and refractions led here (see `signature`, `sampler`), or no
+                        rows.
     camera            : (n,) bool, still a camera ray: it has at most passed straight through surfaces.
     """
 
@@ -68,7 +69,7 @@ def camera_rays(
     media: NDArray[np.int32] | None = None,
     signed: bool = False,
 ) -> Rays:
-    """The first wave. signed: path signatures are asked for."""
+    """The first wave. signed: paths are asked for."""
     n = origin.shape[1]
     path = np.zeros((int(signed), n), np.uint32)
     media = np.zeros((0, n), np.int32) if media is None else media

@@ -1,4 +1,4 @@
-"""Local shading: ambient, diffuse and Phong light of hits, with hard shadows tinted through what is not opaque.
+"""Local shading: ambient, diffuse and Phong light of hits, with shadows tinted through what is not opaque.
 
 Llocal = ambient base_color E_world / pi + sum over lights (diffuse base_color / pi + Phong) E_light visibility
 """
@@ -20,7 +20,7 @@ from .rays import offset_origin, origin_offset
 from .scattering import both_faces, fresnel_dielectric, mirrored, phong, schlick
 from .tally import Tally
 from .varying import resolve_crossings
-from .vectors import Array, count, dot, normalize, select, take
+from .vectors import Array, Index, count, dot, normalize, select, take
 
 Numbers = NDArray[np.intp]
 
@@ -74,8 +74,7 @@ def _add_light(
     chosen *= light.color
     if light.light.cast_shadow and scene.plan.shadows:
         tally.add("shadow_not_needed", len(hit.prim) - chosen.shape[1])
-        media = None if hit.media is None else take(hit.media, wanted)
-        visible = _visibility(scene, light, take(origin, wanted), media, tally)
+        visible = _visible_share(scene, light, hit, take(origin, wanted), wanted, tally)
         chosen *= visible
         if hit.lit is not None:
             hit.lit[wanted] += light.key * (visible > 0 if visible.ndim == 1 else (visible > 0).any(axis=0))
@@ -148,11 +147,27 @@ def _add_layered(
     result[:, index] = color * lit.specular[index]
 
 
-def _visibility(
-    scene: CompiledScene, light: CompiledLight, origin: Float32, media: Stack | None, tally: Tally
+def _visible_share(
+    scene: CompiledScene, light: CompiledLight, hit: Interaction, origin: Float32, wanted: Index, tally: Tally
 ) -> Array:
-    """What share, (n,) or (3, n), of a light gets from its place to the origins (3, n), within `media` (rows, n)."""
-    wi, distance = shadow_rays(light, origin)
+    """What share, (m,) or (3, m), of a light gets to the origins (3, m) at the hits `wanted`: the mean over samples."""
+    normal, media = take(hit.n_geometric, wanted), None if hit.media is None else take(hit.media, wanted)
+    if hit.draws is None or not light.is_soft:
+        return _visibility(scene, *shadow_rays(light, origin, normal, None), origin, media, tally)
+    draws, parts = hit.draws.take(wanted), scene.settings.shadow_samples
+    squares = [draws.square(light.key, part, parts) for part in range(parts)]
+    rays = (shadow_rays(light, origin, normal, square) for square in squares)
+    seen = [_visibility(scene, wi, distance, origin, media, tally) for wi, distance in rays]
+    return seen[0] if parts == 1 else np.asarray(sum(seen) / np.float32(parts), np.float32)
+
+
+def _visibility(
+    scene: CompiledScene, wi: Float32, distance: Float32, origin: Float32, media: Stack | None, tally: Tally
+) -> Array:
+    """What share, (n,) or (3, n), of the light `distance` (n,) along wi (3, n) gets to the origins (3, n).
+
+    media : (rows, n), the solids around the origins.
+    """
     t_max = distance * np.float32(SHADOW_REACH)
     is_open = traceable(origin, wi)
     sound = select(is_open)

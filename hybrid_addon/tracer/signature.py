@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .film import hash32
 from .geometry import Geometry
 from .rays import Rays
+from .sampler import hash32
 from .vectors import largest_component
 
 UInt32 = NDArray[np.uint32]

@@ -73,6 +73,9 @@ def _check_settings(settings: Settings) -> None:
         math.isfinite(settings.filter_radius) and settings.filter_radius >= 0,
         f"settings: filter_radius must be finite and not negative, got {settings.filter_radius}",
     )
+    _require(
+        settings.shadow_samples >= 0, f"settings: shadow_samples must be at least 0, got {settings.shadow_samples}"
+    )
     _require(0 <= settings.cutoff < 1, f"settings: cutoff must lie in 0..1, got {settings.cutoff}")
     _require(0 <= settings.adaptive < 1, f"settings: adaptive must lie in 0..1, got {settings.adaptive}")
     _require(settings.see in ("FLAGGED", "ALL"), f"settings: see must be FLAGGED or ALL, got {settings.see!r}")

@@ -37,6 +37,15 @@ def normalize(a: Array) -> Array:
     return result
 
 
+def orthonormal_basis(n: Array) -> tuple[Array, Array]:
+    """Two unit directions (3, n) that make a right-handed basis with unit n (3, n) (Duff et al. 2017)."""
+    sign = np.where(n[2] < 0, -1, 1).astype(n.dtype)
+    a = -1 / (sign + n[2])
+    b = n[0] * n[1] * a
+    tangent = np.stack([1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]])
+    return tangent, np.stack([b, sign + n[1] * n[1] * a, -n[1]])
+
+
 def matrix_times(matrix: Array, a: Array) -> Array:
     """A (3, 3) matrix times each column of (3, n), in the dtype of `a`."""
     m = matrix.astype(a.dtype, copy=False)

@@ -13,6 +13,7 @@ from .constants import MISS
 from .interaction import Interaction, interact
 from .primitives import Hits, PrimitiveSet
 from .rays import Rays, concatenate
+from .sampler import Sampler
 from .shading import local_radiance
 from .spawn import spawn
 from .sums import Sums
@@ -32,10 +33,12 @@ def trace_rays(
     tally: Tally,
     check: Callable[[], None],
     watch: Watch | None = None,
+    sampler: Sampler | None = None,
 ) -> None:
     """Follow camera rays to their ends and add what they find to `sums`.
 
     first_seen : what camera rays can hit first.   check : called once a wave; raises to stop.   watch : see `Watch`.
+    sampler    : of the chunk; None: lights are seen from their centres, so shadows are hard.
     """
     first, wave = True, 0
     while len(rays):
@@ -70,6 +73,7 @@ def trace_rays(
         at = resolve(scene.geometry, at, take(hits.t, chosen))
         at.media = None if scene.media.shadow_absorption is None else rays_hit.media
         at.lit = None if sums.signatures is None else np.zeros(len(rays_hit), np.uint32)
+        at.draws = None if sampler is None else sampler.draws(rays_hit.sample, rays_hit.path)
 
         # Add emitted and local light.
         add_light(scene, rays_hit, at, sums, tally)

@@ -53,6 +53,7 @@ def add(verbs: Verbs) -> None:
         help="for a frame, EEVEE included; what does not fit is given up, samples first; 0: no limit",
     )  # fmt: skip
     render.add_argument("--adaptive", type=number(0, 0.99), metavar="X", help="contrast; 0: all samples everywhere")
+    render.add_argument("--shadow-samples", type=number(0, 1024, int), metavar="N", help="0: hard shadows")
     render.add_argument("--light-falloff", choices=("eevee", "physical"), help="default: the file's own")
     render.add_argument("--resolution", type=resolution, metavar="WxH")
     render.add_argument("--threads", type=number(0, 1024, int), metavar="N", help="0: all cores")
@@ -156,6 +157,7 @@ def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, A
         cutoff=arguments.cutoff,
         adaptive=arguments.adaptive,
         time_budget=arguments.time_budget,
+        shadow_samples=arguments.shadow_samples,
         light_falloff=arguments.light_falloff,
         resolution=arguments.resolution,
         threads=arguments.threads,
