@@ -8,16 +8,20 @@ are those of Blender's manual for the node of that name.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import fields
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .scene import Color, Expression, Number, Texture, Value
+from .scene import Color, Expression, Number, Surface, Texture, Value
 
 Array = NDArray[Any]
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # of Blender's default working space (EEVEE's node RGB to BW)
+WIDTHS = {"uv": 2, "color": 4, "generated": 3, "object": 3, "tangent": 4}
+"""Numbers of a mesh's corner, by the first word of an attribute's key; other attributes the hits themselves know."""
+
 FINITE = 1e30  # results are clamped to +- this: a division by 0 in a node must not end as NaN in a picture
 
 
@@ -139,6 +143,67 @@ def _power(a: Array, b: Array) -> Array:
         return np.nan_to_num(np.power(a, b), nan=0.0)
 
 
+def _facing(cosine: Array, blend: Array) -> Array:
+    """Facing of Layer Weight."""
+    exponent = np.where(blend < 0.5, 2 * blend, 0.5 / np.maximum(1 - blend, 1e-5))
+    share = np.power(np.clip(np.abs(cosine), 0, 1), np.where(blend == 0.5, 1, exponent))
+    return 1 - share
+
+
+def _wrapped(value: Array, high: Array, low: Array) -> Array:
+    span = high - low
+    return np.where(span != 0, value - span * np.floor((value - low) / np.where(span != 0, span, 1)), low)
+
+
+def _pingpong(value: Array, scale: Array) -> Array:
+    safe = np.where(scale != 0, scale, 1)
+    x = (value - safe) / (safe * 2)
+    return np.where(scale != 0, np.abs((x - np.floor(x)) * safe * 2 - safe), 0)
+
+
+def _dodge(a: Array, b: Array) -> Array:
+    return np.where(a == 0, 0, np.where(b >= 1, 1, np.minimum(a / np.where(b < 1, 1 - b, 1), 1)))
+
+
+def _burn(a: Array, b: Array) -> Array:
+    return np.clip(1 - (1 - a) / np.where(b > 0, b, 1e-30), 0, 1)
+
+
+def _wrap_sphere(p: Array) -> Array:
+    x, y, z = 2 * _three(p) - 1
+    length = np.maximum(np.sqrt(x * x + y * y + z * z), 1e-30)
+    u = np.where((x == 0) & (y == 0), 0, (1 - np.arctan2(x, y) / np.pi) / 2)
+    return np.stack([u, 1 - np.arccos(np.clip(z / length, -1, 1)) / np.pi, np.zeros_like(u)])
+
+
+def _wrap_tube(p: Array) -> Array:
+    x, y, z = 2 * _three(p) - 1
+    u = np.where((x == 0) & (y == 0), 0, (1 - np.arctan2(x, y) / np.pi) / 2)
+    return np.stack([u, (z + 1) / 2, np.zeros_like(u)])
+
+
+def _box_view(p: Array, normal: Array, axis: int) -> Array:
+    """Texture coordinates of a box projection along an axis, mirrored so that no side is inside out."""
+    x, y, z = _three(p)
+    turned = normal[axis] < 0
+    u, v = ((y, z), (x, z), (y, x))[axis]
+    u = np.where(turned != (axis == 1), 1 - u, u)
+    return np.stack([u, v, np.zeros_like(u)])
+
+
+def _box_weights(normal: Array, blend: float) -> Array:
+    """Shares of the three views: one for each side, with `blend` a soft change between them."""
+    n = np.abs(normal) / np.maximum(np.abs(normal).sum(axis=0, keepdims=True), 1e-30)
+    limit = 0.5 * (1 - blend)
+    first = np.eye(3)[np.argmax(n, axis=0)].T
+    if blend <= 0:
+        return first
+    two = [np.clip((n[i] / np.maximum(n[i] + n[j], 1e-30) - limit) / blend, 0, 1) for i, j in ((0, 1), (0, 2), (1, 2))]
+    soft = np.stack([two[0] * two[1], (1 - two[0]) * two[2], (1 - two[1]) * (1 - two[2])])
+    total = soft.sum(axis=0, keepdims=True)
+    return np.where(total > 0, soft / np.where(total > 0, total, 1), first)
+
+
 def _screen(a: Array, b: Array) -> Array:
     return 1 - (1 - a) * (1 - b)
 
@@ -235,6 +300,25 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
     "checker_factor": _checker_factor,
     "gradient": _gradient,
     "affine": _affine,
+    "gamma": lambda a, b: np.where(a > 0, _power(np.where(a > 0, a, 1), b), a),
+    "exclusion": lambda a, b: np.maximum(a + b - 2 * a * b, 0),
+    "dodge": _dodge,
+    "burn": _burn,
+    "smoother": lambda x: np.clip(x, 0, 1) ** 3 * (np.clip(x, 0, 1) * (np.clip(x, 0, 1) * 6 - 15) + 10),
+    "first_three": lambda a: a[:3],
+    "facing": _facing,
+    "wrap": lambda a, b: _wrapped(a, b, np.zeros_like(b)),
+    "wrap_between": _wrapped,
+    "pingpong": _pingpong,
+    "snap": lambda a, b: np.where(b != 0, np.floor(a / np.where(b != 0, b, 1)) * b, 0),
+    "compare": lambda a, b, c: (np.abs(a - b) <= np.maximum(c, 1e-5)).astype(np.result_type(a, b)),
+    "radians": np.radians,
+    "degrees": np.degrees,
+    "inverse_root": lambda a: np.where(a > 0, 1 / np.sqrt(np.where(a > 0, a, 1)), 0),
+    "wrap_sphere": _wrap_sphere,
+    "wrap_tube": _wrap_tube,
+    "box_view": _box_view,
+    "box_weights": _box_weights,
     "dot": _dot,
     "cross": _cross,
     "length": lambda a: np.sqrt(_dot(a, a)),
@@ -279,7 +363,7 @@ def _plain(result: Array) -> Any:
     return numbers[0] if len(numbers) == 1 else tuple(numbers)
 
 
-def clamped(value: Number) -> Any:
+def clamped(value: Value) -> Any:
     """`value` within 0..1."""
     return apply("clamp", value, 0.0, 1.0)
 
@@ -309,7 +393,26 @@ def as_color(value: Value) -> Color:
     return (value, value, value) if isinstance(value, float | int) else value
 
 
-def walk(value: Value | None) -> Iterator[Expression]:
+def reads(surface: Surface) -> set[str]:
+    """Keys of the data of a mesh's corners that a surface reads."""
+    keys = set()
+    for e in expressions_of(surface):
+        if e.operation == "attribute" and e.data.partition(":")[0] in WIDTHS:
+            keys.add(e.data)
+        elif e.operation in ("image", "image_alpha") and not e.inputs:
+            keys.add("uv:" + e.data.uv_map)
+    return keys
+
+
+def expressions_of(surface: Surface) -> list[Expression]:
+    """All that its fields are made of, the texture of the base colour included."""
+    values = [getattr(surface, field.name) for field in fields(surface)]
+    if surface.base_color_texture is not None:
+        values.append(Expression("image", (), surface.base_color_texture))
+    return [e for value in values for e in walk(value)]
+
+
+def walk(value: object) -> Iterator[Expression]:
     """All expressions that a value is made of."""
     if isinstance(value, Expression):
         yield value

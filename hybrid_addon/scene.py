@@ -119,7 +119,9 @@ class Surface:
                          sheet bends light once, by ior, whatever it lies in.
     interface_tint     : tint of F Lr.
     normal             : shading normal by a normal map or bump, or None: the mesh's.
-    edge_tint          : of a metal, at 82 degrees (F82), times `reflection_tint` at normal incidence.
+    edge_tint          : of a metal, at 82 degrees (F82), where `reflection_tint` holds at normal incidence; None: it
+                         reflects the same at all angles.
+    thin               : it transmits as a thin pane: straight on, both of its faces at once.
     coat, coat_*       : weight 0..1, roughness, IOR of a clear coat, and the tint it gives to what is below.
     sheen, sheen_*     : weight, roughness and colour of the fuzz on top.
     absorption         : RGB, 1/m, >= 0: light that goes d metres through the solid keeps exp(-absorption d) of itself
@@ -143,7 +145,8 @@ class Surface:
     interface_tint: Color = WHITE
     normal: Expression | None = None
     layered: bool = False
-    edge_tint: Color = WHITE
+    edge_tint: Color | None = None
+    thin: bool = False
     coat: Number = 0.0
     coat_roughness: Number = 0.03
     coat_ior: float = 1.5

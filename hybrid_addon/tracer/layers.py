@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
-from .constants import MIN_ROUGHNESS, TRACED_ROUGHNESS
+from .constants import FAINT, MIN_ROUGHNESS, TRACED_ROUGHNESS
 from .surfaces import Fields, columns
 from .vectors import Array
 
@@ -106,8 +106,10 @@ def reflectance(f0: Float64, f90: Float64 | float, sums: Float64) -> Float64:
     return single + single * mean / (1 - missing * mean) * missing
 
 
-def metal_reflectance(f0: Float64, edge: Float64, sums: Float64) -> Float64:
-    """Albedo (3, n) of a metal: Schlick's, less a (1 - edge tint) of itself at 82 degrees."""
+def metal_reflectance(f0: Float64, edge: Float64 | None, sums: Float64) -> Float64:
+    """Albedo (3, n) of a metal: Schlick's, less a (1 - edge tint) of itself at 82 degrees; None: f0 at all angles."""
+    if edge is None:
+        return reflectance(f0, f0, sums)
     schlick = 1 + (f0 - 1) * (1 - (1 - EDGE_COSINE) ** 5)
     excess = schlick * (1 - edge) / (EDGE_COSINE * (1 - EDGE_COSINE) ** 6)
     return np.clip(reflectance(f0, 1.0, sums) - excess * sums[2], 0, 1)
@@ -143,8 +145,8 @@ def layered_columns(fields: Fields, cos: Float64) -> tuple[dict[str, Any], Lobes
     """Columns of the surface table, and lobes, of n hits seen at `cos` (n,)."""
     f = fields
     metal, (body, passing) = f["reflectivity"], _split(f)
-    straight = f["ior"] == 1
-    covered = np.where(straight, 1 - passing, 1.0)  # what passes unbent misses all layers: Alpha
+    bare = (f["ior"] == 1) & (f["pane_ior"] == 1)
+    covered = np.where(bare, 1 - passing, 1.0)  # what passes unbent misses all layers: Alpha
     sums, coat_sums = albedos(cos, f["roughness"][0]), albedos(cos, f["coat_roughness"][0])
 
     sheen = f["sheen"] * f["sheen_tint"] * sheen_albedo(cos, f["sheen_roughness"][0])
@@ -157,7 +159,7 @@ def layered_columns(fields: Fields, cos: Float64) -> tuple[dict[str, Any], Lobes
     tint = 1 + (slab_tint(f["coat_tint"], cos, f["coat_ior"]) - 1) * np.minimum(f["coat"], 1)
     under = below * tint
 
-    metal_lobe = under * metal * metal_reflectance(f["reflection_tint"], f["edge_tint"], sums)
+    metal_lobe = under * metal * metal_reflectance(f["reflection_tint"], f.get("edge_tint"), sums)
     glass_f0 = normal_reflectance(f["ior"])
     glass_lobe = under * passing * f["interface_tint"] * reflectance(glass_f0, grazing_reflectance(glass_f0), sums)
     f0 = f["specular"]
@@ -166,8 +168,9 @@ def layered_columns(fields: Fields, cos: Float64) -> tuple[dict[str, Any], Lobes
     diffuse = under * body * (1 - dielectric.max(0)) * f["base_color"] + covered * sheen
 
     traced, coat_traced = f["roughness"] < TRACED_ROUGHNESS, f["coat_roughness"][0] < TRACED_ROUGHNESS
-    interface = np.where(straight, passing, passing * below)
-    through = np.where(straight, 1.0, tint)
+    interface, through = np.where(bare, passing, passing * below), np.where(bare, 1.0, tint)
+    pane, passed = _pane(f, cos, sums)
+    metal_lobe = metal_lobe + under * passing * pane
     mirror = metal_lobe + np.where(traced, gloss, 0) + np.where(coat_traced, coat, 0)
     changed = {
         "base_color": diffuse,
@@ -176,15 +179,25 @@ def layered_columns(fields: Fields, cos: Float64) -> tuple[dict[str, Any], Lobes
         "mirror": mirror,
         "interface": interface[0],
         "interface_tint": f["interface_tint"] * through,
-        "tint": f["transmission_tint"] * through,
+        "tint": np.where(f["pane_ior"] == 1, f["transmission_tint"], passed) * through,
         "local": np.ones_like(cos),
     }
     result = columns(f)
     result.update({name: value.astype(np.float32) for name, value in changed.items()})
-    lobes = (metal_lobe + gloss + np.where(straight, 0, glass_lobe), coat)
+    lobes = (metal_lobe + gloss + np.where(f["ior"] == 1, 0, glass_lobe), coat)
     blurred = (np.where(traced, 0, gloss), np.where(coat_traced, 0, coat))
     rough = (f["roughness"][0], f["coat_roughness"][0])
     return result, Lobes(np.ones(len(cos), bool), *(np.asarray(a, np.float32) for a in (*lobes, *blurred, *rough)))
+
+
+def _pane(f: Fields, cos: Float64, sums: Float64) -> tuple[Float64, Float64]:
+    """What a thin pane reflects and passes, (3, n), with all that goes to and fro in it; 0 and 1 of none."""
+    ior = f["pane_ior"]
+    f0 = normal_reflectance(ior)
+    once = reflectance(f0, grazing_reflectance(f0), sums)
+    color = slab_tint(f["transmission_tint"], cos, ior)
+    passed = color * (1 - once) ** 2 / np.maximum(1 - (once * color) ** 2, FAINT)
+    return once * (1 + passed * color), passed
 
 
 def _split(f: Fields) -> tuple[Float64, Float64]:

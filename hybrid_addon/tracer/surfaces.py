@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..expressions import walk
+from ..expressions import WIDTHS, expressions_of, reads
 from ..scene import Expression, Float32, Float64, Surface, Texture
 from .constants import FAINT, MIN_ROUGHNESS, TRACED_ROUGHNESS
 
@@ -33,13 +33,8 @@ VARIABLE = {
 }  # fmt: skip
 """What an expression may give, and how many numbers it is."""
 
-WIDTHS = {"uv": 2, "color": 4, "generated": 3, "object": 3, "tangent": 4}
-"""Numbers of a corner, by the first word of an attribute's key; other attributes are known to the hits themselves."""
-
 THROUGH = ("reflectivity", "opacity", "transmission_tint")
 """What a shadow ray that crosses a surface asks of it; its IOR is the same everywhere."""
-
-CONSTANT = ("ambient", "diffuse", "ior", "coat_ior")
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,14 +107,6 @@ def phong_exponent(roughness: Float64) -> Float64:
     return np.maximum(2 / alpha**2 - 2, 0.0)
 
 
-def expressions_of(surface: Surface) -> list[Expression]:
-    """All that its fields are made of, textures of the base colour included."""
-    values = [getattr(surface, name) for name in (*VARIABLE, "normal")]
-    if surface.base_color_texture is not None:
-        values.append(Expression("image", (), surface.base_color_texture))
-    return [e for value in values for e in walk(value)]
-
-
 def with_expressions(surface: Surface) -> Surface:
     """The same surface with the texture of its base colour as an expression."""
     if surface.base_color_texture is None:
@@ -130,14 +117,8 @@ def with_expressions(surface: Surface) -> Surface:
 
 def layout(surface: Surface) -> dict[str, tuple[int, int]]:
     """What a surface reads of a mesh's corners: key -> (start, width)."""
-    keys = set()
-    for e in expressions_of(surface):
-        if e.operation == "attribute" and e.data.partition(":")[0] in WIDTHS:
-            keys.add(e.data)
-        elif e.operation in ("image", "image_alpha") and not e.inputs:
-            keys.add("uv:" + e.data.uv_map)
     found, start = {}, 0
-    for key in sorted(keys):
+    for key in sorted(reads(surface)):
         width = WIDTHS[key.partition(":")[0]]
         found[key] = (start, width)
         start += width
@@ -171,7 +152,15 @@ def _bounds(surfaces: Sequence[Surface], varying: float) -> dict[str, Float64]:
         name: np.ascontiguousarray(np.array([number(s, name, size) for s in surfaces], np.float64).T)
         for name, size in VARIABLE.items()
     }
-    return {**fields, **{name: np.array([[getattr(s, name) for s in surfaces]], np.float64) for name in CONSTANT}}
+    rest = [constants(s) for s in surfaces]
+    return {**fields, **{name: np.array([[values[name] for values in rest]]) for name in rest[0]}}
+
+
+def constants(surface: Surface) -> dict[str, float]:
+    """What no expression gives. A thin pane does not bend light: its IOR only makes it reflect."""
+    found = {name: float(getattr(surface, name)) for name in ("ambient", "diffuse", "coat_ior")}
+    ior = (1.0, surface.ior) if surface.thin else (surface.ior, 1.0)
+    return {**found, "ior": float(ior[0]), "pane_ior": float(ior[1])}
 
 
 def columns(fields: Fields) -> dict[str, Any]:
@@ -224,7 +213,7 @@ def _with_layers(table: SurfaceTable, low: Fields, high: Fields, layered: Bools)
     lit = (glossy & body) | coat | (high["sheen"][0] > 0)
     return replace(
         table,
-        reflects=table.reflects | layered & (metal | sharp),
+        reflects=table.reflects | layered & (metal | sharp | (high["pane_ior"][0] != 1)),
         shades_ambient=table.shades_ambient | layered & lit,
         shades_diffuse=table.shades_diffuse | layered & (high["sheen"][0] > 0),
         shades_specular=table.shades_specular | layered & (lit | metal | table.transmits),

@@ -16,7 +16,7 @@ from .geometry import Geometry
 from .hitdata import HitData, Numbers
 from .interaction import Interaction
 from .layers import Lobes, layered_columns
-from .surfaces import CONSTANT, VARIABLE, Fields, SurfaceTable, columns
+from .surfaces import VARIABLE, Fields, SurfaceTable, columns, constants
 from .vectors import dot
 
 Turned = Callable[[int, Numbers, Evaluation, HitData], Float32]
@@ -90,13 +90,15 @@ def _fields(surface: Surface, evaluate: Evaluation, n: int) -> Fields:
     fields = {}
     for name, size in VARIABLE.items():
         value = getattr(surface, name)
+        if value is None:
+            continue
         if not isinstance(value, Expression):
-            plain = np.array(1.0 if value is None else value, np.float64).reshape(-1, 1)
+            plain = np.array(value, np.float64).reshape(-1, 1)
         else:
             plain = np.maximum(np.nan_to_num(evaluate(value).astype(np.float64)), 0)
             plain = np.minimum(plain, 1) if name in SHARES else plain
         fields[name] = np.broadcast_to(plain[:size], (size, n))
-    return {**fields, **{name: np.full((1, n), getattr(surface, name), np.float64) for name in CONSTANT}}
+    return {**fields, **{name: np.full((1, n), value) for name, value in constants(surface).items()}}
 
 
 def _extended(table: SurfaceTable, number: int, fields: Fields, cos: Float64) -> SurfaceTable:

@@ -12,6 +12,7 @@ import pytest
 from hybrid_addon.blender.sync import Warnings
 from hybrid_addon.blender.sync.image import Images, frame_path, srgb_to_linear
 from hybrid_addon.blender.sync.material import translate_material
+from hybrid_addon.expressions import walk
 
 pytestmark = pytest.mark.blender
 
@@ -193,8 +194,15 @@ class Textured:
         self.tree.links.new(b_node.outputs[output], (into or self.b_image).inputs["Vector"])
         return b_node
 
+    def surface(self):
+        return translate_material(self.b_material, Images(self.warn), self.warn)
+
+    def expression(self):
+        """The base colour, with the image at its root if it has any."""
+        return self.surface().base_color
+
     def texture(self):
-        return translate_material(self.b_material, Images(self.warn), self.warn).base_color_texture
+        return next(e.data for e in walk(self.expression()) if e.operation == "image")
 
 
 @pytest.fixture
@@ -247,29 +255,32 @@ def test_uv_maps_by_name(textured, kind, attribute):
     assert list(textured.warn) == []
 
 
-def test_other_coordinates_and_projections_are_warned_of(textured):
+def test_other_coordinates_are_expressions_and_the_unknown_are_named(textured):
     textured.feed("ShaderNodeTexCoord", output="UV")
-    textured.texture()
-    assert list(textured.warn) == []
+    assert textured.expression().inputs == ()
     textured.feed("ShaderNodeTexCoord", output="Generated")
+    (coordinates,) = textured.expression().inputs
+    assert (coordinates.operation, coordinates.data) == ("attribute", "generated")
     textured.b_image.projection = "BOX"
+    assert {e.operation for e in walk(textured.expression())} >= {"box_view", "box_weights", "image"}
+    assert list(textured.warn) == []
+    textured.b_image.projection = "FLAT"
+    textured.feed("ShaderNodeTexCoord", output="Window")
     textured.texture()
-    assert ["'Generated'" in line or "Box projection" in line for line in textured.warn] == [True, True]
+    assert "(Texture Coordinate), which is not followed" in next(iter(textured.warn))
 
 
-def test_nodes_between_image_and_shader_are_warned_of(textured):
+def test_nodes_between_image_and_shader_are_followed(textured):
     b_gamma = textured.tree.nodes.new("ShaderNodeGamma")
     textured.tree.links.new(textured.b_image.outputs["Color"], b_gamma.inputs["Color"])
     textured.tree.links.new(b_gamma.outputs[0], textured.b_shader.inputs["Color"])
-    assert textured.texture().name == "a.png"
-    assert "without node 'Gamma' between" in next(iter(textured.warn))
+    assert (textured.expression().operation, textured.texture().name) == ("gamma", "a.png")
+    assert list(textured.warn) == []
 
 
 def test_an_image_node_without_image_is_black(textured):
     textured.b_image.image = None
-    surface = translate_material(textured.b_material, Images(textured.warn), textured.warn)
-    assert surface.base_color == (0, 0, 0)
-    assert surface.base_color_texture is None
+    assert textured.expression() == (0, 0, 0)
 
 
 def test_colour_is_multiplied_by_alpha_unless_alpha_is_used(scene, tmp_path):

@@ -134,7 +134,7 @@ def test_the_other_shaders(material, kind, expected):
     assert shares(surface) == expected.pop("shares")
     for name, value in expected.items():
         assert getattr(surface, name) == pytest.approx(value), name
-    in_words = {"ShaderNodeBsdfRefraction", "ShaderNodeBsdfTranslucent", "ShaderNodeHoldout"}
+    in_words = {"ShaderNodeBsdfTranslucent", "ShaderNodeHoldout"}
     assert bool(list(material.warn)) is (kind in in_words)
 
 
@@ -307,19 +307,19 @@ def test_links_that_are_not_followed_are_named_and_the_default_is_used(material)
     material.link(b_noise.outputs[0], b_node.inputs["Metallic"])
     assert material.shade(b_node).reflectivity == 0.25
     assert list(material.warn) == [
-        "material 'Stuff': 'Metallic' of node 'Principled BSDF' is linked to 'Scratches', which is not followed; "
-        "0.25 is used"
+        "material 'Stuff': 'Metallic' is linked to node 'Scratches' (Noise Texture), which is not followed; "
+        "its own value is used: bake it to an image"
     ]
 
 
 def test_layers_normals_volume_and_displacement_are_warned_of(material):
-    b_node = material.add("ShaderNodeBsdfPrincipled", Coat_Weight=0.5)
-    material.link(material.add("ShaderNodeBump").outputs[0], b_node.inputs["Normal"])
+    b_node = material.add("ShaderNodeBsdfPrincipled", Coat_Weight=0.5, Subsurface_Weight=0.5)
+    material.link(material.add("ShaderNodeBump").outputs[0], b_node.inputs["Coat Normal"])
     material.link(material.add("ShaderNodeVolumeScatter").outputs[0], material.output.inputs["Volume"])
     material.link(material.add("ShaderNodeDisplacement").outputs[0], material.output.inputs["Displacement"])
     material.shade(b_node)
     text = "\n".join(material.warn)
-    for word in ("'Coat Weight'", "'Normal'", "scattering", "displacement"):
+    for word in ("'Subsurface Weight'", "'Coat Normal'", "scattering", "displacement"):
         assert word in text
 
 

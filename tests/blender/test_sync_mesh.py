@@ -21,7 +21,8 @@ def mesh_of(vertices, faces, name="Mesh"):
 
 
 def translated(b_mesh, uv_names=(), warn=None):
-    return translate_mesh(b_mesh, "Thing", uv_names, warn or Warnings())
+    keys = [f"uv:{uv_name}" for uv_name in uv_names]
+    return translate_mesh(b_mesh, "Thing", keys, warn or Warnings())
 
 
 def areas(mesh):

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import bpy
 
-from ...scene import Surface
+from ...scene import WHITE, Surface
 from .image import Images
 from .messages import Warnings
 from .nodes import Node, active_output, uses_nodes
@@ -56,7 +56,8 @@ def customised(surface: Surface, custom: CustomSurface | None) -> Surface:
     """`surface` with the object's own three numbers, where it has them."""
     if custom is None:
         return surface
-    return replace(surface, reflectivity=custom.reflectivity, opacity=custom.opacity, ior=custom.ior)
+    plain = replace(surface, layered=False, thin=False, interface_tint=WHITE)
+    return replace(plain, reflectivity=custom.reflectivity, opacity=custom.opacity, ior=custom.ior)
 
 
 def translate_material(b_material: bpy.types.Material, images: Images, warn: Warnings) -> Surface:

@@ -8,12 +8,14 @@ import bpy
 import numpy as np
 
 from ...scene import Float32, Int32, TriangleMesh
+from .attributes import corner_data, uv_layer
 from .messages import Warnings
 
 
-def translate_mesh(b_mesh: bpy.types.Mesh, name: str, uv_names: Iterable[str], warn: Warnings) -> TriangleMesh | None:
-    """The mesh as triangles, or None if it has no face. `uv_names`: the UV maps wanted, "" = active for rendering.
+def translate_mesh(b_mesh: bpy.types.Mesh, name: str, keys: Iterable[str], warn: Warnings) -> TriangleMesh | None:
+    """The mesh as triangles, or None if it has no face.
 
+    keys : the data of corners wanted (scene.TriangleMesh), such as "uv:Map", "color:Col"; "uv:" = active for rendering.
     Vertices that are not finite are kept (the tracer drops their triangles) and reported by `name`, the object's.
     """
     b_mesh.calc_loop_triangles()
@@ -21,14 +23,17 @@ def translate_mesh(b_mesh: bpy.types.Mesh, name: str, uv_names: Iterable[str], w
         return None
     vertices, corners = _vertices(b_mesh), _corners(b_mesh)
     _warn_of_broken(vertices, name, warn)
+    wanted = sorted(keys)
+    uv_names = [key.removeprefix("uv:") for key in wanted if key.startswith("uv:")]
     return TriangleMesh(
         name=b_mesh.name,
         vertices=vertices,
         triangles=_vertex_of_corner(b_mesh)[corners],
         corners=corners,
         normals=_corner_normals(b_mesh),
-        uv_maps={uv_name: _uv_map(b_mesh, uv_name, name, warn) for uv_name in sorted(uv_names)},
+        uv_maps={uv_name: _uv_map(b_mesh, uv_name, name, warn) for uv_name in uv_names},
         surface_slots=_surface_slots(b_mesh),
+        attributes={key: corner_data(b_mesh, key, name, warn) for key in wanted if not key.startswith("uv:")},
     )
 
 
@@ -65,19 +70,13 @@ def _corner_normals(b_mesh: bpy.types.Mesh) -> Float32 | None:
 def _uv_map(b_mesh: bpy.types.Mesh, uv_name: str, name: str, warn: Warnings) -> Float32:
     """(nc, 2) float32; zeros where the mesh has no such map, which is what Blender's shaders read there."""
     values = np.zeros(2 * len(b_mesh.loops), np.float32)
-    b_layer = _uv_layer(b_mesh, uv_name)
+    b_layer = uv_layer(b_mesh, uv_name)
     if b_layer is None:
         wanted = f"no UV map {uv_name!r}" if uv_name else "no UV map"
         warn.add(f"object {name!r} has {wanted} for its texture, which is one colour all over")
     else:
         b_layer.uv.foreach_get("vector", values)
     return values.reshape(-1, 2)
-
-
-def _uv_layer(b_mesh: bpy.types.Mesh, uv_name: str) -> bpy.types.MeshUVLoopLayer | None:
-    if uv_name:
-        return b_mesh.uv_layers.get(uv_name)
-    return next((b_layer for b_layer in b_mesh.uv_layers if b_layer.active_render), None)
 
 
 def _surface_slots(b_mesh: bpy.types.Mesh) -> Int32 | None:

@@ -37,6 +37,10 @@ class Node:
         """The input called `name` (or the one at that position); KeyError if the node has none."""
         return Socket(self.b_node.inputs[name], self.groups)
 
+    def identified(self, identifier: str) -> Socket:
+        """The input of that identifier: some nodes have several of one name."""
+        return Socket(_by_identifier(self.b_node.inputs, identifier), self.groups)
+
     def has_input(self, name: str) -> bool:
         """Whether there is an input of that name (they come and go with Blender's versions)."""
         return name in self.b_node.inputs
@@ -66,9 +70,19 @@ class Socket:
         """Name of the output that arrives here, "" if none does."""
         return _trace(self)[1]
 
+    def output_type(self) -> str:
+        """Kind of the output that arrives here: VALUE, RGBA, VECTOR, ..."""
+        b_output = _trace(self)[3]
+        return b_output.type if b_output else ""
+
+    def output_identifier(self) -> str:
+        """Unique name, on its node, of the output that arrives here."""
+        b_output = _trace(self)[3]
+        return b_output.identifier if b_output else ""
+
     def value(self) -> Any:
         """The constant that applies here: a float, or a tuple; what a linked socket would hold if it were not."""
-        node, _, origin = _trace(self)
+        node, _, origin, _ = _trace(self)
         if node and node.kind in ("ShaderNodeValue", "ShaderNodeRGB"):
             return _plain(node.b_node.outputs[0].default_value)
         return _plain(getattr(origin.b_socket, "default_value", None))
@@ -90,19 +104,19 @@ def active_output(b_tree: bpy.types.NodeTree) -> Node | None:
     return Node(b_output) if b_output else None
 
 
-def _trace(socket: Socket) -> tuple[Node | None, str, Socket]:
-    """(node, name of its output, the last socket passed: the one whose default value applies if there is no node)."""
+def _trace(socket: Socket) -> tuple[Node | None, str, Socket, Any]:
+    """(node, name of its output, the last socket passed: the one whose default value applies without node, output)."""
     for _ in range(MAX_STEPS):
         b_link = _link(socket.b_socket)
         if b_link is None:
-            return None, "", socket
+            return None, "", socket, None
         step = _through(b_link.from_node, b_link.from_socket, socket.groups)
         if step is None:
-            return Node(b_link.from_node, socket.groups), b_link.from_socket.name, socket
+            return Node(b_link.from_node, socket.groups), b_link.from_socket.name, socket, b_link.from_socket
         if step.b_socket is None:
-            return None, "", socket
+            return None, "", socket, None
         socket = step
-    return None, "", socket
+    return None, "", socket, None
 
 
 def _link(b_socket: bpy.types.NodeSocket) -> bpy.types.NodeLink | None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from ...expressions import reads
 from ...scene import Float64, Instance, Light, TriangleMesh, Visibility
 from ..flags import Flags
 from .light import LightContext, translate_light
@@ -97,22 +98,21 @@ class Objects:
 
     def _mesh_of(self, b_object: bpy.types.Object, surfaces: tuple[int, ...]) -> int | None:
         """Position in `meshes` of the object's evaluated mesh, translated when first met; None if it has no face."""
-        uv_names = self._uv_names(surfaces)
-        key = (b_object.data.as_pointer(), uv_names)  # objects may share one evaluated mesh, which outlives this loop
+        keys = self._keys(surfaces)
+        key = (b_object.data.as_pointer(), keys)  # objects may share one evaluated mesh, which outlives this loop
         if key not in self._mesh_index:
-            mesh = self._translated(b_object, uv_names)
+            mesh = self._translated(b_object, keys)
             self._mesh_index[key] = None if mesh is None else len(self.meshes)
             self.meshes += [] if mesh is None else [mesh]
         return self._mesh_index[key]
 
-    def _uv_names(self, surfaces: tuple[int, ...]) -> frozenset[str]:
-        textures = (self._surfaces.surfaces[index].base_color_texture for index in surfaces)
-        return frozenset(texture.uv_map for texture in textures if texture is not None)
+    def _keys(self, surfaces: tuple[int, ...]) -> frozenset[str]:
+        return frozenset(key for index in surfaces for key in reads(self._surfaces.surfaces[index]))
 
-    def _translated(self, b_object: bpy.types.Object, uv_names: frozenset[str]) -> TriangleMesh | None:
+    def _translated(self, b_object: bpy.types.Object, keys: frozenset[str]) -> TriangleMesh | None:
         if not b_object.data.is_editmode:
-            return translate_mesh(b_object.data, b_object.name, uv_names, self._warn)
-        mesh = translate_mesh(b_object.to_mesh(), b_object.name, uv_names, self._warn)
+            return translate_mesh(b_object.data, b_object.name, keys, self._warn)
+        mesh = translate_mesh(b_object.to_mesh(), b_object.name, keys, self._warn)
         b_object.to_mesh_clear()
         return mesh
 

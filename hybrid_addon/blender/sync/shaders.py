@@ -2,33 +2,33 @@
 
 Light that meets a surface is shared out: a share is mirrored, a share lights the surface itself (local), a share is
 transmitted; scene.Surface holds them as reflectivity r and opacity o, with (r, (1 - r) o, (1 - r)(1 - o)).
+Any number or colour may be an expression (`values`).
 
 Sources: gpu_shader_material_principled.glsl (order of the layers, F0, sqrt of the base colour for transmission).
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from ...scene import BLACK, RGB, WHITE, Surface
+from ... import expressions as ex
+from ...scene import BLACK, WHITE, Expression, Surface
+from . import value_nodes as _registered  # noqa: F401  (adds its nodes to the table of `values`)
 from .nodes import Node, Socket
-from .texture import NodeReader, textured_color
+from .texture import NodeReader
+from .values import color, number, vector
 
-Shares = tuple[float, float, float]
+Share = Any  # a float or an expression
+Shares = tuple[Share, Share, Share]
 
 MAX_DEPTH = 32  # of Mix and Add Shaders below one another
 MIN_IOR = 1e-5  # Blender's own clamp
 SHARP_ROUGHNESS = 0.25  # above it a sharp mirror image looks wrong enough to be worth a warning
-NOT_FOLLOWED = (  # Principled inputs that change the picture when they are not 0, and that the tracer has not got
-    "Coat Weight",
-    "Sheen Weight",
-    "Subsurface Weight",
-    "Thin Film Thickness",
-    "Anisotropic",
-)
+NOT_FOLLOWED = {  # Principled inputs that change the picture when they are not 0, and what becomes of them
+    "Subsurface Weight": "it is drawn as diffuse",
+}
 
 
 def surface_from(socket: Socket, reader: NodeReader, depth: int = 0) -> Surface:
@@ -43,84 +43,119 @@ def surface_from(socket: Socket, reader: NodeReader, depth: int = 0) -> Surface:
     shader = SHADERS.get(node.kind)
     if shader is None:
         return _unknown(node, reader)
-    if node.has_input("Normal") and not node.input("Normal").is_constant():
-        reader.warn(f"'Normal' of node {node.name!r} is not followed; the mesh's normals are used")
-    return shader(node, reader)
+    return replace(shader(node, reader), normal=_normal(node, reader))
+
+
+def _normal(node: Node, reader: NodeReader) -> Expression | None:
+    """What is linked to the shader's Normal, if it can be followed."""
+    if not node.has_input("Normal") or node.input("Normal").node() is None:
+        return None
+    value = vector(reader, node, "Normal")
+    return value if isinstance(value, Expression) else None
 
 
 # ------------------------------------------------------------------------------------------------ single shaders
 
 
 def _principled(node: Node, reader: NodeReader) -> Surface:
-    base_color, texture = textured_color(reader, node, "Base Color")
-    metallic, alpha = _unit(reader.number(node, "Metallic")), _unit(reader.number(node, "Alpha"))
-    transmission, ior = _unit(reader.number(node, "Transmission Weight")), _ior(node, reader)
+    base_color, alpha = color(reader, node, "Base Color"), _unit(number(reader, node, "Alpha"))
+    metallic, transmission = _unit(number(reader, node, "Metallic")), _unit(number(reader, node, "Transmission Weight"))
+    ior = _ior(node, reader)
     _warn_of_layers(node, reader)
-    glass, straight = alpha * (1.0 - metallic) * transmission, 1.0 - alpha
-    if glass > 0.0 and straight > 0.0:
+    glass, straight = ex.times(alpha, ex.rest(metallic), transmission), ex.rest(alpha)
+    thin = node.has_input("Thin Wall") and bool(node.input("Thin Wall").value()) and may_be(glass)
+    if may_be(glass) and may_be(straight) and not thin:
         reader.warn(f"node {node.name!r}: alpha and transmission together are approximated by the stronger of them")
-    bent = glass > straight
+    bent = may_be(glass) and not _exceeds(straight, glass)
+    clear = ex.apply("clamp", base_color, 0.0, 1.0) if isinstance(base_color, Expression) else base_color
+    tint = clear if thin else ex.as_color(ex.apply("root", clear))
+    local = ex.times(alpha, ex.rest(metallic), ex.rest(transmission))
     return replace(
-        _shared(alpha * metallic, alpha * (1.0 - metallic) * (1.0 - transmission), glass + straight),
+        _shared(ex.times(alpha, metallic), local, ex.plus(glass, straight)),
+        layered=True,
         base_color=base_color,
-        base_color_texture=texture,
         specular=_specular(node, reader, ior),
-        roughness=_roughness(node, reader, mirrors=metallic > 0.0 or glass > 0.0),
-        emission=_scaled(_emitted(node, reader, "Emission Color", "Emission Strength"), alpha),
-        reflection_tint=base_color if metallic > 0.0 else WHITE,
-        transmission_tint=_root(base_color) if bent else WHITE,
-        ior=1.0 if straight > 0.0 and not bent else ior,
+        roughness=_roughness(node, reader, mirrors=may_be(metallic) or may_be(glass)),
+        emission=ex.as_color(ex.times(alpha, _emitted(node, reader, "Emission Color", "Emission Strength"))),
+        reflection_tint=clear if may_be(metallic) else WHITE,
+        edge_tint=color(reader, node, "Specular Tint"),
+        transmission_tint=tint if bent else WHITE,
+        ior=ior if thin or bent or not may_be(straight) else 1.0,
+        thin=thin,
+        **_coat_and_sheen(node, reader),
     )
 
 
-def _specular(node: Node, reader: NodeReader, ior: float) -> RGB:
+def _coat_and_sheen(node: Node, reader: NodeReader) -> dict[str, Any]:
+    """The fields of the layers that are there."""
+    fields: dict[str, Any] = {}
+    coat = number(reader, node, "Coat Weight") if node.has_input("Coat Weight") else 0.0
+    if may_be(coat):
+        if node.input("Coat Normal").node() is not None:
+            reader.warn(f"'Coat Normal' of node {node.name!r} is not followed; the surface's normal is used")
+        fields.update(
+            coat=coat,
+            coat_roughness=_unit(number(reader, node, "Coat Roughness")),
+            coat_ior=max(reader.number(node, "Coat IOR"), 1.0),
+            coat_tint=color(reader, node, "Coat Tint"),
+        )
+    sheen = number(reader, node, "Sheen Weight") if node.has_input("Sheen Weight") else 0.0
+    if may_be(sheen):
+        fields.update(
+            sheen=sheen,
+            sheen_roughness=_unit(number(reader, node, "Sheen Roughness")),
+            sheen_tint=color(reader, node, "Sheen Tint"),
+        )
+    return fields
+
+
+def _specular(node: Node, reader: NodeReader, ior: float) -> Any:
     """Reflectance at normal incidence, at most 1; Specular IOR Level 0.5 leaves it as the IOR has it."""
-    f0 = ((ior - 1.0) / (ior + 1.0)) ** 2 * 2.0 * reader.number(node, "Specular IOR Level")
-    tint = reader.color(node, "Specular Tint")
-    return min(f0 * tint[0], 1.0), min(f0 * tint[1], 1.0), min(f0 * tint[2], 1.0)
+    f0 = ex.times(((ior - 1.0) / (ior + 1.0)) ** 2 * 2.0, number(reader, node, "Specular IOR Level"))
+    return ex.as_color(ex.apply("minimum", ex.times(color(reader, node, "Specular Tint"), f0), 1.0))
 
 
 def _warn_of_layers(node: Node, reader: NodeReader) -> None:
-    for name in NOT_FOLLOWED:
+    for name, instead in NOT_FOLLOWED.items():
         if node.has_input(name) and (node.input(name).value() or not node.input(name).is_constant()):
-            reader.warn(f"{name!r} of node {node.name!r} is not traced")
+            reader.warn(f"{name!r} of node {node.name!r} is not traced; {instead}")
 
 
 def _glass(node: Node, reader: NodeReader) -> Surface:
-    tint = reader.color(node, "Color")
+    tint = color(reader, node, "Color")
     return replace(
         _shared(0.0, 0.0, 1.0),
+        layered=True,
         roughness=_roughness(node, reader, mirrors=True),
         reflection_tint=tint,
+        interface_tint=tint,
         transmission_tint=tint,
         ior=_ior(node, reader),
     )
 
 
 def _refraction(node: Node, reader: NodeReader) -> Surface:
-    reader.warn(f"node {node.name!r}: Refraction BSDF is traced as Glass BSDF, which reflects, too")
-    return replace(_glass(node, reader), reflection_tint=WHITE)
+    return replace(_glass(node, reader), reflection_tint=WHITE, interface_tint=BLACK)
 
 
 def _transparent(node: Node, reader: NodeReader) -> Surface:
-    return replace(_shared(0.0, 0.0, 1.0), transmission_tint=reader.color(node, "Color"), ior=1.0)
+    return replace(_shared(0.0, 0.0, 1.0), transmission_tint=color(reader, node, "Color"), ior=1.0)
 
 
 def _glossy(node: Node, reader: NodeReader) -> Surface:
-    tint, texture = textured_color(reader, node, "Color")
-    if texture:
-        reader.warn(f"node {node.name!r}: the image does not colour reflections; {tint} is used")
+    tint = color(reader, node, "Color" if node.has_input("Color") else "Base Color")
     return replace(
         _shared(1.0, 0.0, 0.0),
+        layered=True,
         base_color=tint,
         reflection_tint=tint,
+        edge_tint=color(reader, node, "Edge Tint") if node.has_input("Edge Tint") else None,
         roughness=_roughness(node, reader, mirrors=True),
     )
 
 
 def _diffuse(node: Node, reader: NodeReader) -> Surface:
-    base_color, texture = textured_color(reader, node, "Color")
-    return replace(_opaque(base_color), base_color_texture=texture)
+    return _opaque(color(reader, node, "Color"))
 
 
 def _as_diffuse(node: Node, reader: NodeReader) -> Surface:
@@ -164,7 +199,7 @@ SHADERS: dict[str, Callable[[Node, NodeReader], Surface]] = {
 
 
 def _mix(node: Node, reader: NodeReader, depth: int) -> Surface:
-    factor = _unit(reader.number(node, 0))
+    factor = _unit(number(reader, node, 0))
     if factor in (0.0, 1.0):
         return surface_from(node.input(1 + int(factor)), reader, depth)
     first, second = (surface_from(node.input(position), reader, depth) for position in (1, 2))
@@ -174,10 +209,8 @@ def _mix(node: Node, reader: NodeReader, depth: int) -> Surface:
 
 
 def _add(node: Node, reader: NodeReader, depth: int) -> Surface:
-    first: Any
-    second: Any
     first, second = (surface_from(node.input(position), reader, depth) for position in (0, 1))
-    emission = _sum(first.emission, second.emission)
+    emission = ex.as_color(ex.plus(first.emission, second.emission))
     for only_glows, other in ((first, second), (second, first)):
         if _is_black(only_glows):
             return replace(other, emission=emission)
@@ -185,111 +218,133 @@ def _add(node: Node, reader: NodeReader, depth: int) -> Surface:
     return replace(blend(first, second, 0.5), emission=emission)
 
 
-def blend(first: Any, second: Any, factor: float) -> Surface:
+MIRRORED = ("reflection_tint",)
+LOCAL = ("base_color", "specular")
+PASSED = ("transmission_tint", "interface_tint")
+WHOLE = ("coat", "coat_roughness", "coat_tint", "sheen", "sheen_roughness", "sheen_tint")
+
+
+def blend(first: Surface, second: Surface, factor: Share) -> Surface:
     """`first` x (1 - factor) + `second` x factor, by the shares of light that each gives away.
 
-    What one surface can hold only once (roughness, IOR, image) is taken from the one with the larger share of it.
+    What one surface can hold only once (IOR, edge tint) is taken from the one with the larger share of it.
     """
-    mirrored_1, local_1, passed_1 = (share * (1.0 - factor) for share in shares(first))
-    mirrored_2, local_2, passed_2 = (share * factor for share in shares(second))
-    local = first if local_1 >= local_2 else second
-    glossy = first if mirrored_1 + local_1 >= mirrored_2 + local_2 else second
-    passing = first if passed_1 >= passed_2 else second
+    weights = ex.rest(factor), factor
+    mirrored, local, passed = (
+        tuple(ex.times(share, weight) for share, weight in zip(pair, weights, strict=True))
+        for pair in zip(shares(first), shares(second), strict=True)
+    )
+    glossy = tuple(ex.plus(a, b) for a, b in zip(mirrored, local, strict=True))
+    by_share = {**dict.fromkeys(MIRRORED, mirrored), **dict.fromkeys(LOCAL, local), **dict.fromkeys(PASSED, passed)}
+    by_share |= {"roughness": glossy, "emission": weights, **dict.fromkeys(WHOLE, weights)}
+    averages = {
+        name: _average(getattr(first, name), share[0], getattr(second, name), share[1])
+        for name, share in by_share.items()
+    }
+    passing, coated = _larger(first, second, passed), _larger(first, second, (first.coat, second.coat))
     return replace(
-        _shared(mirrored_1 + mirrored_2, local_1 + local_2, passed_1 + passed_2),
-        base_color=_average(first.base_color, local_1, second.base_color, local_2),
-        base_color_texture=local.base_color_texture,
-        specular=_average(first.specular, local_1, second.specular, local_2),
-        roughness=glossy.roughness,
-        emission=_average(first.emission, 1.0 - factor, second.emission, factor),
-        reflection_tint=_average(first.reflection_tint, mirrored_1, second.reflection_tint, mirrored_2),
-        transmission_tint=_average(first.transmission_tint, passed_1, second.transmission_tint, passed_2),
+        _shared(ex.plus(*mirrored), ex.plus(*local), ex.plus(*passed)),
+        **averages,
+        edge_tint=_larger(first, second, mirrored).edge_tint,
+        coat_ior=coated.coat_ior,
         ior=passing.ior,
+        thin=passing.thin,
+        layered=first.layered or second.layered,
+        normal=first.normal or second.normal,
     )
 
 
 def blend_is_exact(first: Surface, second: Surface) -> bool:
     """Whether `blend` of the two loses nothing."""
-    (mirrored_1, local_1, passed_1), (mirrored_2, local_2, passed_2) = shares(first), shares(second)
-    mirrors_agree = not (mirrored_1 and mirrored_2) or first.reflection_tint == second.reflection_tint
-    passing_agree = not (passed_1 and passed_2) or (
-        first.ior == second.ior and first.transmission_tint == second.transmission_tint
-    )
-    return mirrors_agree and passing_agree and (not (local_1 and local_2) or _locals_agree(first, second))
+    both = [may_be(a) and may_be(b) for a, b in zip(shares(first), shares(second), strict=True)]
+    mirrors, local, passing = both
 
+    def agree(*names: str) -> bool:
+        return all(getattr(first, name) == getattr(second, name) for name in names)
 
-def _locals_agree(first: Surface, second: Surface) -> bool:
-    if first.base_color_texture is not None or second.base_color_texture is not None:
+    if first.normal is not second.normal or not agree("coat", "sheen"):
         return False
-    return first.roughness == second.roughness or first.specular == second.specular == BLACK
+    if mirrors and not agree("reflection_tint", "edge_tint", "roughness"):
+        return False
+    if passing and not agree("ior", "transmission_tint"):
+        return False
+    varies = isinstance(first.base_color, Expression) or isinstance(second.base_color, Expression)
+    return not local or (not varies and (agree("roughness") or first.specular == second.specular == BLACK))
 
 
-def shares(surface: Any) -> Shares:
+def shares(surface: Surface) -> Shares:
     """(mirrored, local, transmitted), their sum 1."""
-    rest = 1.0 - surface.reflectivity
-    return surface.reflectivity, rest * surface.opacity, rest * (1.0 - surface.opacity)
+    rest = ex.rest(surface.reflectivity)
+    return surface.reflectivity, ex.times(rest, surface.opacity), ex.times(rest, ex.rest(surface.opacity))
 
 
 # ------------------------------------------------------------------------------------------------ building blocks
 
 
-def _shared(mirrored: float, local: float, transmitted: float) -> Surface:
+def may_be(share: Share) -> bool:
+    """Whether it is more than 0 anywhere."""
+    return isinstance(share, Expression) or share > 0.0
+
+
+def _exceeds(first: Share, second: Share) -> bool:
+    """Whether `first` >= `second`; what varies counts as the larger."""
+    if isinstance(first, Expression) or isinstance(second, Expression):
+        return isinstance(first, Expression)
+    return bool(first >= second)
+
+
+def _larger(first: Surface, second: Surface, share: tuple[Share, ...]) -> Surface:
+    return first if not may_be(share[1]) or (may_be(share[0]) and _exceeds(share[0], share[1])) else second
+
+
+def _shared(mirrored: Share, local: Share, transmitted: Share) -> Surface:
     """A surface with these shares, normalised to a sum of 1; `shares` is the inverse."""
-    rest = local + transmitted
+    rest = ex.plus(local, transmitted)
     return Surface(
-        reflectivity=mirrored / (mirrored + rest) if mirrored > 0.0 else 0.0,
-        opacity=local / rest if rest > 0.0 else 1.0,
+        reflectivity=ex.apply("ratio", mirrored, ex.plus(mirrored, rest), 0.0) if may_be(mirrored) else 0.0,
+        opacity=ex.apply("ratio", local, rest, 1.0) if may_be(transmitted) else 1.0,
     )
 
 
-def _opaque(base_color: RGB) -> Surface:
+def _opaque(base_color: Any) -> Surface:
     return Surface(base_color=base_color)
 
 
 def _is_black(surface: Surface) -> bool:
     """Whether nothing but emission comes from it."""
-    lit = surface.base_color_texture is not None or surface.base_color != BLACK or surface.specular != BLACK
-    return shares(surface) == (0.0, 1.0, 0.0) and not lit
+    return (
+        shares(surface) == (0.0, 1.0, 0.0) and surface.base_color == surface.specular == BLACK and not surface.layered
+    )
 
 
-def _roughness(node: Node, reader: NodeReader, *, mirrors: bool) -> float:
-    roughness = _unit(reader.number(node, "Roughness"))
-    if mirrors and roughness > SHARP_ROUGHNESS:
+def _roughness(node: Node, reader: NodeReader, *, mirrors: bool) -> Share:
+    roughness = _unit(number(reader, node, "Roughness"))
+    if mirrors and not isinstance(roughness, Expression) and roughness > SHARP_ROUGHNESS:
         reader.warn(f"node {node.name!r}: roughness {roughness:.2g} is not traced; it mirrors and refracts sharply")
     return roughness
 
 
-def _unit(value: float) -> float:
+def _unit(value: Share) -> Share:
     """Clamped to 0..1, as the shaders clamp: a Value node may feed a socket anything."""
-    return min(max(value, 0.0), 1.0)
+    return ex.clamped(value)
 
 
 def _ior(node: Node, reader: NodeReader) -> float:
     return max(reader.number(node, "IOR"), MIN_IOR)
 
 
-def _emitted(node: Node, reader: NodeReader, color: str, strength: str) -> RGB:
-    factor = reader.number(node, strength)
-    return _scaled(reader.color(node, color), factor) if factor else BLACK
+def _emitted(node: Node, reader: NodeReader, color_name: str, strength: str) -> Any:
+    factor = number(reader, node, strength)
+    return ex.as_color(ex.times(factor, color(reader, node, color_name))) if factor != 0.0 else BLACK
 
 
-def _scaled(color: RGB, factor: float) -> RGB:
-    return color[0] * factor, color[1] * factor, color[2] * factor
-
-
-def _root(color: RGB) -> RGB:
-    red, green, blue = (math.sqrt(max(component, 0.0)) for component in color)
-    return red, green, blue
-
-
-def _sum(first: RGB, second: RGB) -> RGB:
-    return first[0] + second[0], first[1] + second[1], first[2] + second[2]
-
-
-def _average(first: RGB, weight_1: float, second: RGB, weight_2: float) -> RGB:
-    total = weight_1 + weight_2
-    if total <= 0.0:
+def _average(first: Any, weight_1: Share, second: Any, weight_2: Share) -> Any:
+    if first is second or (not isinstance(first, Expression) and first == second):
         return first
-    values: Any = ((a * weight_1 + b * weight_2) / total for a, b in zip(first, second, strict=True))
-    red, green, blue = values
-    return red, green, blue
+    if not may_be(weight_1):
+        return second if may_be(weight_2) else first
+    if not may_be(weight_2):
+        return first
+    total = ex.plus(weight_1, weight_2)
+    weighted = ex.apply("add", ex.apply("multiply", first, weight_1), ex.apply("multiply", second, weight_2))
+    return ex.apply("ratio", weighted, total, first)

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 from mathutils import Euler, Matrix, Vector
 
-from ...scene import BLACK, RGB, Float32, Float64, Texture
+from ...scene import RGB, Float32, Float64, Texture
 from .image import Images
 from .messages import Warnings
 from .nodes import Node, Socket
@@ -26,6 +26,8 @@ class NodeReader:
         self.owner = owner
         self.images = images
         self._warn = warn
+        self.values: dict[Any, Any] = {}  # of nodes' outputs, for `values`
+        self.nested = 0
 
     def warn(self, text: str) -> None:
         """Warn, in the owner's name."""
@@ -61,18 +63,6 @@ class NodeReader:
         return value
 
 
-def textured_color(reader: NodeReader, node: Node, name: str) -> tuple[RGB, Texture | None]:
-    """The constant colour of an input and, if an image is found upstream, the texture that replaces it."""
-    found = image_node_upstream(reader, node, name, "ShaderNodeTexImage")
-    if found is None:
-        return reader.color(node, name), None
-    if found.b_node.image is None:
-        reader.warn(f"node {found.name!r} has no image; it is drawn black")
-        return BLACK, None
-    red, green, blue = node.input(name).value()[:3]
-    return (red, green, blue), image_texture(reader, found)
-
-
 def image_node_upstream(reader: NodeReader, node: Node, name: str, kind: str) -> Node | None:
     """The nearest node of that kind that feeds an input; other nodes on the way are warned of and left out."""
     socket = node.input(name)
@@ -100,13 +90,12 @@ def _nearest(socket: Socket, kind: str) -> Node | None:
     return None
 
 
-def image_texture(reader: NodeReader, node: Node) -> Texture:
-    """An Image Texture node that has an image."""
+def image_texture(reader: NodeReader, node: Node) -> tuple[Texture, bool]:
+    """An Image Texture node that has an image, and whether its coordinates are all in it: a UV map and its Mapping."""
     b_node = node.b_node
-    if b_node.projection != "FLAT":
-        reader.warn(f"node {node.name!r}: {b_node.projection.title()} projection is not followed; UVs are used")
-    uv_map, transform = _coordinates(reader, node)
-    return Texture(
+    found = _plain_coordinates(reader, node) if b_node.projection == "FLAT" else None
+    uv_map, transform = found or ("", Matrix.Identity(4))
+    texture = Texture(
         name=b_node.image.name,
         pixels=_color_output(reader.images.pixels(b_node.image, b_node.image_user), b_node),
         extension=b_node.extension,
@@ -114,6 +103,7 @@ def image_texture(reader: NodeReader, node: Node) -> Texture:
         uv_map=uv_map,
         uv_transform=np.array(transform, dtype=np.float64)[:2][:, [0, 1, 3]],
     )
+    return texture, found is not None
 
 
 def _color_output(pixels: Float32, b_node: bpy.types.Node) -> Float32:
@@ -127,21 +117,26 @@ def _color_output(pixels: Float32, b_node: bpy.types.Node) -> Float32:
     return opaque
 
 
-def _coordinates(reader: NodeReader, node: Node) -> tuple[str, Matrix]:
-    """(name of the UV map, "" = active for rendering; (4, 4) matrix that its (u, v, 0, 1) go through)."""
+def _plain_coordinates(reader: NodeReader, node: Node) -> tuple[str, Matrix] | None:
+    """(name of the UV map, "" = active for rendering; (4, 4) matrix that its (u, v, 0, 1) go through), or None."""
     transform = Matrix.Identity(4)
     source, output = _vector_source(node)
-    while source and source.kind == "ShaderNodeMapping":
+    while source and source.kind == "ShaderNodeMapping" and _is_constant_mapping(source):
         transform = transform @ mapping_matrix(reader, source)
         source, output = _vector_source(source)
     if source is None or (source.kind == "ShaderNodeTexCoord" and output == "UV"):
         return "", transform
     if source.kind == "ShaderNodeUVMap":
         return source.b_node.uv_map, transform
-    if source.kind == "ShaderNodeAttribute" and source.b_node.attribute_type == "GEOMETRY":
+    if source.kind == "ShaderNodeAttribute" and source.b_node.attribute_type == "GEOMETRY" and output == "Vector":
         return source.b_node.attribute_name, transform
-    reader.warn(f"node {node.name!r}: {output!r} of node {source.name!r} is not followed; UVs are used")
-    return "", transform
+    return None
+
+
+def _is_constant_mapping(node: Node) -> bool:
+    names = ("Location", "Rotation", "Scale")
+    moves = any(node.has_input(name) and not node.input(name).is_constant() for name in names)
+    return node.b_node.vector_type != "NORMAL" and not moves
 
 
 def _vector_source(node: Node) -> tuple[Node | None, str]:
@@ -151,8 +146,6 @@ def _vector_source(node: Node) -> tuple[Node | None, str]:
 def mapping_matrix(reader: NodeReader, node: Node) -> Matrix:
     """(4, 4): what a Mapping node does to a vector; see Blender's manual, page Mapping Node."""
     kind = node.b_node.vector_type
-    if kind == "NORMAL":
-        reader.warn(f"node {node.name!r}: type Normal is not followed; type Vector is used")
     rotation = Euler(reader.vector(node, "Rotation"), "XYZ").to_matrix().to_4x4()
     scale = Matrix.Diagonal((*reader.vector(node, "Scale"), 1.0))
     if kind not in ("POINT", "TEXTURE"):

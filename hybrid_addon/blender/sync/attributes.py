@@ -1,0 +1,100 @@
+"""Data of a mesh's corners that materials read, by key (scene.TriangleMesh): colours, coordinates, tangents."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ...scene import Float32, Int32
+from .messages import Warnings
+
+FIELDS = {  # of an attribute's data type: the property to read, and its numbers
+    "FLOAT": ("value", 1), "INT": ("value", 1), "BOOLEAN": ("value", 1), "INT8": ("value", 1),
+    "FLOAT_VECTOR": ("vector", 3), "FLOAT2": ("vector", 2), "FLOAT_COLOR": ("color", 4), "BYTE_COLOR": ("color", 4),
+}  # fmt: skip
+
+
+def corner_data(b_mesh: bpy.types.Mesh, key: str, name: str, warn: Warnings) -> Float32:
+    """(nc, width) float32 for "color:NAME", "generated", "object" or "tangent:UV MAP"; `name`: the object's."""
+    kind, _, of = key.partition(":")
+    if kind == "color":
+        return _color(b_mesh, of, name, warn)
+    if kind == "tangent":
+        return _tangents(b_mesh, of, name, warn)
+    local = _of_vertices(b_mesh, "position", "vector", 3)
+    if kind == "generated":
+        low, high = local.min(axis=0, initial=np.inf), local.max(axis=0, initial=-np.inf)
+        size = np.where(high > low, high - low, 1)
+        local = ((local - low) / size).astype(np.float32)
+    return local[_vertex_of_corner(b_mesh)]
+
+
+def uv_layer(b_mesh: bpy.types.Mesh, uv_name: str) -> bpy.types.MeshUVLoopLayer | None:
+    """The UV map of that name; for "" the one that is active for rendering."""
+    if uv_name:
+        return b_mesh.uv_layers.get(uv_name)
+    return next((b_layer for b_layer in b_mesh.uv_layers if b_layer.active_render), None)
+
+
+def _color(b_mesh: bpy.types.Mesh, of: str, name: str, warn: Warnings) -> Float32:
+    """(nc, 4) of any attribute, as shaders read it: grey for one number, alpha 1 where there is none."""
+    result = np.zeros((len(b_mesh.loops), 4), np.float32)
+    of = of or (b_mesh.color_attributes[b_mesh.color_attributes.render_color_index].name if _has_color(b_mesh) else "")
+    b_attribute = b_mesh.attributes.get(of) if of else None
+    if b_attribute is None or b_attribute.data_type not in FIELDS:
+        warn.add(f"object {name!r} has no attribute {of!r} for its material, which is black there")
+        return result
+    field, width = FIELDS[b_attribute.data_type]
+    values = np.zeros(width * len(b_attribute.data), np.float32)
+    b_attribute.data.foreach_get(field, values)
+    rows = _on_corners(b_mesh, values.reshape(-1, width), b_attribute.domain)
+    result[:, 3] = 1
+    result[:, :3] = rows if width == 1 else 0
+    result[:, :width] = rows if width > 1 else result[:, :1]
+    return result
+
+
+def _has_color(b_mesh: bpy.types.Mesh) -> bool:
+    return 0 <= b_mesh.color_attributes.render_color_index < len(b_mesh.color_attributes)
+
+
+def _on_corners(b_mesh: bpy.types.Mesh, rows: Float32, domain: str) -> Float32:
+    if domain == "POINT":
+        return rows[_vertex_of_corner(b_mesh)]
+    if domain == "FACE":
+        sizes = np.zeros(len(b_mesh.polygons), np.int32)
+        b_mesh.polygons.foreach_get("loop_total", sizes)
+        return np.repeat(rows, sizes, axis=0)
+    return rows if domain == "CORNER" else np.zeros((len(b_mesh.loops), rows.shape[1]), np.float32)
+
+
+def _of_vertices(b_mesh: bpy.types.Mesh, attribute: str, field: str, width: int) -> Float32:
+    values = np.zeros(width * len(b_mesh.vertices), np.float32)
+    b_mesh.attributes[attribute].data.foreach_get(field, values)
+    return values.reshape(-1, width)
+
+
+def _vertex_of_corner(b_mesh: bpy.types.Mesh) -> Int32:
+    values = np.zeros(len(b_mesh.loops), np.int32)
+    b_mesh.loops.foreach_get("vertex_index", values)
+    return values
+
+
+def _tangents(b_mesh: bpy.types.Mesh, of: str, name: str, warn: Warnings) -> Float32:
+    """(nc, 4) MikkTSpace tangents and the sign of the bitangent; zeros (no normal map) without UV map."""
+    result = np.zeros((len(b_mesh.loops), 4), np.float32)
+    b_layer = uv_layer(b_mesh, of)
+    if b_layer is None:
+        warn.add(f"object {name!r} has no UV map {of!r} for its normal map, which is left out")
+        return result
+    try:
+        b_mesh.calc_tangents(uvmap=b_layer.name)
+    except RuntimeError:  # faces of more than four corners: Blender's own limit
+        warn.add(f"object {name!r}: its normal map is left out: tangents need triangles and quads")
+        return result
+    tangent, sign = np.zeros(3 * len(result), np.float32), np.zeros(len(result), np.float32)
+    b_mesh.loops.foreach_get("tangent", tangent)
+    b_mesh.loops.foreach_get("bitangent_sign", sign)
+    b_mesh.free_tangents()
+    result[:, :3], result[:, 3] = tangent.reshape(-1, 3), sign
+    return result

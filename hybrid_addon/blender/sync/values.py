@@ -1,0 +1,230 @@
+"""Nodes that give numbers, colours and vectors -> values: constants where they are, else expressions.
+
+`value_of` follows whatever is linked to a socket. A node that is not in the table NODES (here the inputs; the rest in
+`value_nodes`) is named in a warning, and the socket's own value is used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from mathutils import Matrix
+
+from ... import expressions as ex
+from ...scene import Expression, Value
+from .nodes import Node, Socket
+from .texture import NodeReader, image_texture, mapping_matrix
+
+Translator = Callable[[Node, str, NodeReader], Value | None]
+MAX_NESTED = 96
+"""Nodes behind one another; deeper trees than that are not followed."""
+
+NORMAL = Expression("attribute", (), "normal")
+INCOMING = Expression("attribute", (), "incoming")
+COSINE = Expression("attribute", (), "cosine")
+
+
+def number(reader: NodeReader, node: Node, name: str | int) -> Any:
+    """A float or an expression of one number."""
+    return value_of(reader, node.input(name), "VALUE")
+
+
+def color(reader: NodeReader, node: Node, name: str | int) -> Any:
+    """Three numbers or an expression of a colour."""
+    return ex.as_color(value_of(reader, node.input(name), "RGBA"))
+
+
+def vector(reader: NodeReader, node: Node, name: str | int) -> Any:
+    """Three numbers or an expression of a vector."""
+    return ex.as_color(value_of(reader, node.input(name), "VECTOR"))
+
+
+def value_of(reader: NodeReader, socket: Socket, kind: str) -> Any:
+    """What arrives at a socket, converted to `kind`: VALUE, RGBA or VECTOR."""
+    upstream = socket.node()
+    if upstream is not None and not socket.is_constant():
+        value = _of_node(reader, upstream, socket)
+        if value is not None:
+            return converted(value, socket.output_type(), kind)
+        reader.warn(
+            f"{socket.name!r} is linked to node {upstream.name!r} ({upstream.b_node.bl_label}), "
+            "which is not followed; its own value is used: bake it to an image"
+        )
+    return _constant(socket.value(), kind)
+
+
+def _constant(value: Any, kind: str) -> Any:
+    if isinstance(value, tuple):
+        plain = tuple(float(v) for v in value[:3])
+        return converted(plain, "RGBA" if len(value) == 4 else "VECTOR", kind) if kind == "VALUE" else plain
+    plain_number = float(value or 0.0)
+    return plain_number if kind == "VALUE" else (plain_number,) * 3
+
+
+def converted(value: Any, from_kind: str, to_kind: str) -> Any:
+    """Blender's implicit conversions: a colour's luminance, a vector's mean; numbers spread by themselves."""
+    if to_kind != "VALUE" or isinstance(value, float | int) or from_kind not in ("RGBA", "VECTOR", "ROTATION"):
+        return value
+    return ex.apply("gray" if from_kind == "RGBA" else "average", value)
+
+
+def _of_node(reader: NodeReader, node: Node, socket: Socket) -> Any:
+    """The value at an output of a node, each worked out once; None: not followed."""
+    key = (node.b_node.as_pointer(), tuple(g.as_pointer() for g in node.groups), socket.output_identifier())
+    if key not in reader.values:
+        translate = NODES.get(node.kind)
+        reader.nested += 1
+        known = translate is not None and reader.nested < MAX_NESTED
+        reader.values[key] = translate(node, socket.output(), reader) if known and translate is not None else None
+        reader.nested -= 1
+    return reader.values[key]
+
+
+# ------------------------------------------------------------------------------------------------ images, coordinates
+
+
+def _image(node: Node, output: str, reader: NodeReader) -> Value | None:
+    if node.b_node.image is None:
+        reader.warn(f"node {node.name!r} has no image; it is drawn black")
+        return ex.as_color(0.0) if output == "Color" else 0.0
+    key = ("texture", node.b_node.as_pointer(), tuple(g.as_pointer() for g in node.groups))
+    if key not in reader.values:
+        texture, plain = image_texture(reader, node)
+        reader.values[key] = texture, () if plain else (vector(reader, node, "Vector"),)
+    texture, coordinates = reader.values[key]
+    if node.b_node.projection in ("SPHERE", "TUBE") and coordinates:
+        coordinates = (ex.apply("wrap_" + node.b_node.projection.lower(), coordinates[0]),)
+    if node.b_node.projection == "BOX" and coordinates:
+        return _boxed(reader, texture, coordinates[0], output, node.b_node.projection_blend)
+    return Expression("image_alpha" if output == "Alpha" else "image", coordinates, texture)
+
+
+def _boxed(reader: NodeReader, texture: Any, point: Value, output: str, blend: float) -> Value:
+    """Three views along the axes, mixed by the normal."""
+    operation = "image_alpha" if output == "Alpha" else "image"
+    views = [Expression(operation, (ex.apply("box_view", point, NORMAL, data=axis),), texture) for axis in range(3)]
+    weights = ex.apply("box_weights", NORMAL, data=blend)
+    parts = [ex.times(views[axis], ex.apply("channel", weights, data=axis)) for axis in range(3)]
+    return ex.plus(ex.plus(parts[0], parts[1]), parts[2])
+
+
+def _texture_coordinate(node: Node, output: str, reader: NodeReader) -> Value | None:
+    if output == "Object" and node.b_node.object is not None:
+        return None
+    keys = {"UV": "uv:", "Generated": "generated", "Object": "object", "Normal": "normal"}
+    if output == "Reflection":
+        twice = ex.times(2.0, ex.apply("dot", NORMAL, INCOMING))
+        return ex.apply("subtract", ex.times(twice, NORMAL), INCOMING)
+    return Expression("attribute", (), keys[output]) if output in keys else None
+
+
+def _uv_map(node: Node, output: str, reader: NodeReader) -> Value:
+    return Expression("attribute", (), "uv:" + node.b_node.uv_map)
+
+
+def _attribute(node: Node, output: str, reader: NodeReader) -> Value | None:
+    b_node = node.b_node
+    if getattr(b_node, "attribute_type", "GEOMETRY") != "GEOMETRY":
+        return None
+    name = b_node.layer_name if node.kind == "ShaderNodeVertexColor" else b_node.attribute_name
+    four = Expression("attribute", (), "color:" + name)
+    if output == "Alpha":
+        return ex.apply("channel", four, data=3)
+    three = ex.apply("first_three", four)
+    return ex.apply("average", three) if output in ("Fac", "Factor") else three
+
+
+def _geometry(node: Node, output: str, reader: NodeReader) -> Value | None:
+    keys = {"Position": "position", "Normal": "normal", "True Normal": "normal", "Incoming": "incoming"}
+    keys["Backfacing"] = "backfacing"
+    return Expression("attribute", (), keys[output]) if output in keys else None
+
+
+def default_coordinates(reader: NodeReader, node: Node) -> Any:
+    """The Vector of a procedural texture: Generated where nothing is linked."""
+    if node.input("Vector").node() is None:
+        return Expression("attribute", (), "generated")
+    return vector(reader, node, "Vector")
+
+
+def _mapping(node: Node, output: str, reader: NodeReader) -> Value:
+    matrix = np.array(mapping_matrix(reader, node) if _is_fixed(node, reader) else Matrix.Identity(4))[:3]
+    moved = ex.apply("affine", vector(reader, node, "Vector"), data=matrix)
+    return ex.apply("normalize", moved) if node.b_node.vector_type == "NORMAL" else moved
+
+
+def _is_fixed(node: Node, reader: NodeReader) -> bool:
+    moving = [n for n in ("Location", "Rotation", "Scale") if node.has_input(n) and not node.input(n).is_constant()]
+    return not moving or mapping_is_warned_of(node, reader, moving)
+
+
+def mapping_is_warned_of(node: Node, reader: NodeReader, moving: list[str]) -> bool:
+    """Warn that linked settings of a Mapping node are taken as constants."""
+    reader.warn(f"node {node.name!r}: what is linked to {', '.join(moving)} is not followed; its own value is used")
+    return True
+
+
+# ------------------------------------------------------------------------------------------------ normals, view
+
+
+def _normal_map(node: Node, output: str, reader: NodeReader) -> Value | None:
+    b_node = node.b_node
+    mapped, strength = color(reader, node, "Color"), number(reader, node, "Strength")
+    if b_node.space == "TANGENT":
+        tangent = Expression("attribute", (), "tangent:" + b_node.uv_map)
+        return ex.apply("normal_map", mapped, strength, tangent, NORMAL)
+    if b_node.space in ("WORLD", "BLENDER_WORLD"):
+        flip = (1.0, -1.0, -1.0) if b_node.space == "BLENDER_WORLD" else (1.0, 1.0, 1.0)
+        turned = ex.times(ex.apply("subtract", ex.times(2.0, mapped), 1.0), flip)
+        return ex.apply("normalize", ex.apply("mix", strength, NORMAL, turned))
+    return None
+
+
+def _bump(node: Node, output: str, reader: NodeReader) -> Value:
+    height = number(reader, node, "Height")
+    below = vector(reader, node, "Normal") if node.input("Normal").node() is not None else NORMAL
+    if not isinstance(height, Expression):
+        return below
+    distance = number(reader, node, "Distance")
+    if node.b_node.invert:
+        distance = ex.times(-1.0, distance)
+    slope = Expression("gradient", (height,))
+    return ex.apply("bump", slope, number(reader, node, "Strength"), distance, below)
+
+
+def _fresnel(node: Node, output: str, reader: NodeReader) -> Value:
+    return ex.apply("fresnel", COSINE, ex.apply("maximum", number(reader, node, "IOR"), 1e-5))
+
+
+def _layer_weight(node: Node, output: str, reader: NodeReader) -> Value:
+    blend = ex.clamped(number(reader, node, "Blend"))
+    if output == "Fresnel":
+        ior = ex.apply("divide", 1.0, ex.apply("maximum", ex.rest(blend), 1e-5))
+        return ex.apply("fresnel", COSINE, ior)
+    return ex.apply("facing", COSINE, blend)
+
+
+def _light_path(node: Node, output: str, reader: NodeReader) -> Value | None:
+    if not output.startswith("Is "):
+        return None
+    value = float(output == "Is Camera Ray")
+    reader.warn(f"{output!r} of node {node.name!r} is always {value:.0f}, as for the camera")
+    return value
+
+
+NODES: dict[str, Translator] = {
+    "ShaderNodeTexImage": _image,
+    "ShaderNodeTexCoord": _texture_coordinate,
+    "ShaderNodeUVMap": _uv_map,
+    "ShaderNodeAttribute": _attribute,
+    "ShaderNodeVertexColor": _attribute,
+    "ShaderNodeNewGeometry": _geometry,
+    "ShaderNodeMapping": _mapping,
+    "ShaderNodeNormalMap": _normal_map,
+    "ShaderNodeBump": _bump,
+    "ShaderNodeFresnel": _fresnel,
+    "ShaderNodeLayerWeight": _layer_weight,
+    "ShaderNodeLightPath": _light_path,
+}
