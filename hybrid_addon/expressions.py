@@ -108,7 +108,7 @@ def _hue_saturation(hue: Array, saturation: Array, value: Array, factor: Array, 
 def _checker(p: Array, a: Array, b: Array, scale: Array) -> Array:
     """Checker Texture; the shift keeps faces of a unit cube off the boundaries of cells."""
     q = np.floor((p * scale + 1e-6) * 0.9999990).astype(np.int64)
-    return np.where(((q[0] + q[1] + q[2]) % 2 == 0)[None], _three(a), _three(b))
+    return np.where(((q[0] + q[1] + q[2]) % 2 == 1)[None], _three(a), _three(b))
 
 
 def _checker_factor(p: Array, scale: Array) -> Array:
@@ -340,7 +340,7 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
 }
 """Operations on the values of their inputs, and on `data` as a last argument if there is some."""
 
-ASKING = ("image", "image_alpha", "attribute", "gradient")  # operations that ask the hits
+ASKING = ("image", "image_alpha", "attribute", "slope")  # operations that ask the hits
 
 
 # ------------------------------------------------------------------------------------------------ building and folding
@@ -441,7 +441,7 @@ class Evaluation:
         return self._known[key]
 
     def _work_out(self, expression: Expression) -> Array:
-        if expression.operation == "gradient":
+        if expression.operation == "slope":
             height = expression.inputs[0]
             return np.asarray(self._hits.gradient(lambda hits: Evaluation(hits)(height)), np.float32)
         inputs = [self(value) for value in expression.inputs]

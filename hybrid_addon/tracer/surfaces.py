@@ -146,7 +146,9 @@ def _bounds(surfaces: Sequence[Surface], varying: float) -> dict[str, Float64]:
         value = getattr(surface, name)
         if isinstance(value, Expression):
             return [varying] * size
-        return value if size == 3 and value is not None else [1.0 if value is None else value]
+        if value is None:
+            return [1.0] * size
+        return value if size == 3 else [value]
 
     fields = {
         name: np.ascontiguousarray(np.array([number(s, name, size) for s in surfaces], np.float64).T)

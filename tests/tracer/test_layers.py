@@ -160,7 +160,7 @@ def test_a_shadow_passes_where_the_texture_is_clear(build):
 def test_a_bump_tilts_the_normal_by_the_slope(build, strength, expected):
     """Height = x / 4: the normal leans against x by atan(1 / 4)."""
     height = ex.apply("multiply", ex.apply("channel", Expression("attribute", (), "position"), data=0), 0.25)
-    normal = ex.apply("bump", Expression("gradient", (height,)), strength, 1.0, Expression("attribute", (), "normal"))
+    normal = ex.apply("bump", Expression("slope", (height,)), strength, 1.0, Expression("attribute", (), "normal"))
     quad = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
     light = SunLight("s", (1, 0, 1), (np.pi * np.sqrt(2),) * 3)
     s = build.scene((quad, Surface(base_color=(1, 1, 1), normal=normal)), lights=(light,))

@@ -40,7 +40,7 @@ ONE_INPUT = {
 BLENDS = {
     "ADD": "add", "SUBTRACT": "subtract", "MULTIPLY": "multiply", "SCREEN": "screen", "DIVIDE": "divide",
     "DIFFERENCE": "difference", "DARKEN": "minimum", "LIGHTEN": "maximum", "OVERLAY": "overlay",
-    "SOFT_LIGHT": "soft_light", "EXCLUSION": "exclusion", "DODGE": "dodge", "BURN": "burn",
+    "SOFT_LIGHT": "soft_light", "EXCLUSION": "exclusion",
 }  # fmt: skip
 
 
@@ -73,6 +73,10 @@ def blended(kind: str, factor: Value, a: Value, b: Value) -> Value | None:
         return ex.apply("mix", factor, a, b)
     if kind == "LINEAR_LIGHT":
         return ex.apply("add", a, ex.times(factor, ex.apply("subtract", ex.times(2.0, b), 1.0)))
+    if kind == "DODGE":
+        return ex.apply("dodge", a, ex.times(factor, b))
+    if kind == "BURN":
+        return ex.apply("burn", a, ex.apply("mix", factor, 1.0, b))
     operation = BLENDS.get(kind)
     return None if operation is None else ex.apply("mix", factor, a, ex.apply(operation, a, b))
 

@@ -190,7 +190,7 @@ def _bump(node: Node, output: str, reader: NodeReader) -> Value:
     distance = number(reader, node, "Distance")
     if node.b_node.invert:
         distance = ex.times(-1.0, distance)
-    slope = Expression("gradient", (height,))
+    slope = Expression("slope", (height,))
     return ex.apply("bump", slope, number(reader, node, "Strength"), distance, below)
 
 
