@@ -359,6 +359,7 @@ class Settings:
     shadow_samples : rays to each light that has a size, for each hit, spread over the light; 0 = hard shadows.
     adaptive      : 0 = all samples in every pixel; else pixels stop at 4 whose samples and neighbours agree in what
                     they met and, within this contrast, in colour. What brings less than this share does not count.
+    passes        : data passes that are wanted: "depth", "normal", "samples".
     keep          : names of prunings (tracer.plan.PRUNINGS) to do without, so that tests can show that the exact ones
                     change no bit.
     """
@@ -373,6 +374,7 @@ class Settings:
     seed: int = 0
     cutoff: float = 0.0
     adaptive: float = 0.0
+    passes: frozenset[str] = frozenset()
     keep: frozenset[str] = frozenset()
     shadow_samples: int = 1
 
@@ -391,6 +393,7 @@ class Film:
     plan       : every pruning and whether it applied: [{"name", "class", "leaves_out", "when", "applies"}].
     sampling   : samples_mean, samples_max; rmse, the error to expect of them (None: unknown), and the slope that it
                  falls with; audit, of the pixels that adaptive sampling left alone.
+    passes     : the data passes that were asked for, by name: (height, width) or (height, width, 3) float32.
     """
 
     radiance: Float32
@@ -402,3 +405,4 @@ class Film:
     skipped: list[dict[str, object]]
     sampling: dict[str, object] = field(default_factory=dict)
     plan: list[dict[str, object]] = field(default_factory=list)
+    passes: dict[str, Float32] = field(default_factory=dict)

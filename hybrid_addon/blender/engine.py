@@ -36,8 +36,10 @@ class HybridTracer(bpy.types.RenderEngine):
     def update_render_passes(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
         """Declare the passes, or compositor trees lose their sockets."""
         self.register_pass(scene, view_layer, "Combined", 4, "RGBA", "COLOR")
-        for name in ("Mask", "Residual"):
-            self.register_pass(scene, view_layer, name, 1, "X", "VALUE")
+        for name, channels in _passes(scene.background_set).items():
+            self.register_pass(
+                scene, view_layer, name, len(channels), channels, "VALUE" if channels == "X" else "VECTOR"
+            )
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Trace one frame. An error is one line in the interface and in the console, and leaves no picture."""
@@ -53,8 +55,8 @@ class HybridTracer(bpy.types.RenderEngine):
         except ImportError as error:
             self._fail(scene.name, f"Embree does not load on {platform.platform()}: {error}; install this system's zip")
             return
-        for name in ("Mask", "Residual"):
-            self.add_pass(name, 1, "X")
+        for name, channels in _passes(scene).items():
+            self.add_pass(name, len(channels), channels)
         resolution = (self.resolution_x, self.resolution_y)
         target = self.begin_result(0, 0, *resolution)
         delivered = False
@@ -161,6 +163,7 @@ def tracer_settings(scene: bpy.types.Scene) -> Settings:
         cutoff=scene.hybrid.cutoff,
         adaptive=scene.hybrid.adaptive,
         shadow_samples=scene.hybrid.shadow_samples,
+        passes=frozenset(name.lower() for name in scene.hybrid.passes),
         filter_radius=scene.render.filter_size,
         see="ALL" if scene.hybrid.mode == "FULL" else "FLAGGED",
         transparent=scene.render.film_transparent,
@@ -172,7 +175,7 @@ def preview_settings(scene: bpy.types.Scene) -> Settings:
     """The same for a viewport, with a processor left for the interface."""
     settings = tracer_settings(scene)
     threads = settings.threads or max(1, (os.cpu_count() or 2) - 1)
-    return replace(settings, see="FLAGGED", transparent=False, threads=threads)
+    return replace(settings, see="FLAGGED", transparent=False, passes=frozenset(), threads=threads)
 
 
 def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:
@@ -190,6 +193,7 @@ def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:
     )
     return {
         **{name: getattr(scene.hybrid, name) for name in names},
+        "passes": sorted(scene.hybrid.passes),
         "eevee_samples": scene.eevee.taa_render_samples,
         "filter_size": scene.render.filter_size,
         "film_transparent": scene.render.film_transparent,
@@ -265,12 +269,21 @@ def _crop(image: Float32, window: Window) -> Float32:
     return np.ascontiguousarray(image[y0:y1, x0:x1])
 
 
+def _passes(scene: bpy.types.Scene | None) -> dict[str, str]:
+    """Names and channels of the trace scene's passes beside the picture: two always, the others if they are wanted."""
+    wanted = sorted(scene.hybrid.passes) if scene else []
+    data = {name.title(): "XYZ" if name == "NORMAL" else "X" for name in wanted}
+    return {"Mask": "X", "Residual": "X", **data}
+
+
 def _deliver(target: bpy.types.RenderResult, frame: results.Frame, film: Film) -> None:
     passes = target.layers[0].passes
     # Not `rect = pixels`: that makes a Python number of each, 190 times slower.
     passes["Combined"].rect.foreach_set(frame.traced.ravel())
     passes["Mask"].rect.foreach_set(frame.mask.ravel())
     passes["Residual"].rect.foreach_set((film.residual * frame.mask).ravel())
+    for name, pixels in film.passes.items():
+        passes[name.title()].rect.foreach_set(pixels.ravel())
 
 
 CLASSES = (HybridTracer,)

@@ -141,6 +141,15 @@ def scene_changed(scene: bpy.types.Scene) -> None:
         sync(scene)
 
 
+def passes_changed(scene: bpy.types.Scene) -> None:
+    """Other passes are wanted: the node of the ray traced half gets their sockets."""
+    trace = trace_scene(scene)
+    if trace is None or _busy():
+        return
+    for owner in (trace, scene):  # 4.5 updates the nodes in the compositor of the owner, 5.x those that show it
+        owner.view_layers[0].update_render_passes()
+
+
 def sync_all() -> None:
     """Bring every scene in step and remove what belonged to scenes that are gone."""
     for scene in _own_scenes():

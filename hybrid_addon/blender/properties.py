@@ -24,6 +24,10 @@ def _scene_changed(settings: "HybridSceneSettings", _context: Context) -> None:
     pipeline.scene_changed(settings.id_data)
 
 
+def _passes_changed(settings: "HybridSceneSettings", _context: Context) -> None:
+    pipeline.passes_changed(settings.id_data)
+
+
 def _preview_changed(_settings: "HybridSceneSettings", _context: Context) -> None:
     preview.setting_changed()
 
@@ -220,6 +224,18 @@ class HybridSceneSettings(PropertyGroup):
             ("PHYSICAL", "Physical", "Inverse square without an end, as Cycles has it"),
         ),
         default="EEVEE",
+    )
+    passes: EnumProperty(  # type: ignore[valid-type]
+        name="Data Passes",
+        description="Passes of the ray traced objects for the compositor, at pixel centers as EEVEE's own",
+        items=(
+            ("DEPTH", "Depth", "Distance along the view axis; 1e10 where no ray traced object is", 1),
+            ("NORMAL", "Normal", "Normal in world space", 2),
+            ("SAMPLES", "Samples", "Camera rays that the pixel took", 4),
+        ),
+        options={"ANIMATABLE", "ENUM_FLAG"},
+        default=set(),
+        update=_passes_changed,
     )
     threads: IntProperty(  # type: ignore[valid-type]
         name="Threads",

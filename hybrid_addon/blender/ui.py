@@ -153,6 +153,7 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
         column.prop(settings, "time_budget")
         column.prop(settings, "shadow_samples")
         column.prop(settings, "light_falloff")
+        layout.column(heading="Data Passes").prop(settings, "passes", text="")
         column = layout.column(heading="Viewport")
         column.prop(settings, "preview")
         row = column.row()

@@ -189,3 +189,6 @@ than the coarse pixels' footprint on a slope, less than the distance between thi
 
 SHARP_ROUGHNESS = 0.25
 """Above it the sharp mirror image that is traced would look wrong enough to leave a surface to the rasteriser."""
+
+NO_DEPTH = 1e10
+"""In a depth pass: nothing there. What EEVEE and Cycles write."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..scene import Film, Float32, Scene, Settings
 from .compiled import CompiledScene
 from .constants import FAILED_PIXEL, FILL_SAMPLES
+from .data import depth_and_normal
 from .film import fill_from_neighbours
 from .passes import Cancelled, Pass, Passes, Pixels, Progress
 from .schedule import END, Schedule, is_adaptive
@@ -187,4 +188,14 @@ class _Frame:
             skipped=self.skipped,
             plan=self.scene.plan.table(),
             sampling=self.schedule.sampling,
+            passes=self._data_passes(),
         )
+
+    def _data_passes(self) -> dict[str, Float32]:
+        """The data passes that are wanted; the others cost nothing."""
+        wanted, found = self.settings.passes, dict[str, Float32]()
+        if wanted & {"depth", "normal"}:
+            found = depth_and_normal(self.scene, self.pixels, self.tally)
+        if "samples" in wanted:
+            found["samples"] = self.total.samples.reshape(self.height, self.width).astype(np.float32)
+        return {name: found[name] for name in sorted(wanted)}
