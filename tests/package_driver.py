@@ -63,10 +63,10 @@ def snapshot() -> dict:
             for name in dir(bpy.app.handlers)
             if isinstance(value := getattr(bpy.app.handlers, name), list)
         },
-        "drawn into": {
-            name: len(cls.draw._draw_funcs)
+        "drawn into": {  # beside the class's own drawing, which Blender lists once anybody has been there
+            name: number - 1
             for name in dir(bpy.types)
-            if hasattr(getattr(cls := getattr(bpy.types, name), "draw", None), "_draw_funcs")
+            if (number := len(getattr(getattr(getattr(bpy.types, name), "draw", None), "_draw_funcs", ()))) > 1
         },
         "data": data,
         "scenes": [
