@@ -14,7 +14,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-_PUBLIC = ("enable", "disable", "mark", "unmark", "advise", "render", "plan", "HybridResult", "HybridError")
+_PUBLIC = ("enable", "disable", "mark", "unmark", "advise", "render", "plan", "explain", "HybridResult", "HybridError")
 
 
 def register() -> None:

@@ -1,4 +1,4 @@
-"""The Python interface: enable, disable, mark, unmark, advise, render, plan. Forwarded by the package's front door."""
+"""The Python interface: enable, disable, mark, unmark, advise, render, plan, explain; all at the front door."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ..report.frame import frame_report
 from ..scene import Float32
 from . import engine, images, opengl, pipeline, results
 from .errors import HybridError
-from .scan import advise, plan
+from .scan import advise, explain, plan
 
-__all__ = ["HybridError", "HybridResult", "advise", "disable", "enable", "mark", "plan", "render", "unmark"]
+__all__ = ["HybridError", "HybridResult", "advise", "disable", "enable", "explain", "mark", "plan", "render", "unmark"]
 
 disable = pipeline.disable
 enable = pipeline.enable

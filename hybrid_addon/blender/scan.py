@@ -1,4 +1,4 @@
-"""What a scene holds, without rendering it: what would be traced (plan), and what should be (advise)."""
+"""What a scene holds, without rendering it: what would be traced (plan), what should be (advise), and why (explain)."""
 
 from __future__ import annotations
 
@@ -65,6 +65,29 @@ def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
         f", at {threads / found.seconds_per_ray / 1e6:.2g} million a second, measured there",
         "warnings": list(translation.warnings),
     }
+
+
+def explain(x: int, y: int, scene: bpy.types.Scene | None = None) -> str:
+    """Why pixel (x, y) of the frame, (0, 0) at the bottom left, looks as it does: the ray tree of its centre, as text.
+
+    Each line is a ray: its share of the pixel, what it met and where, what that brought, what was not followed. Raises
+    HybridError.
+    """
+    from ..report.pixel import pixel_text
+    from ..tracer import CompiledScene
+    from ..tracer.explain import explain as tree
+    from ..tracer.validate import validate
+
+    scene = scene or bpy.context.scene
+    width, height = full_size(scene)
+    if not (0 <= x < width and 0 <= y < height):
+        raise HybridError(f"pixel {x}, {y} lies outside the frame of {width} x {height}")
+    ours, settings = translated(scene).scene, engine.tracer_settings(scene)
+    try:
+        validate(ours, settings, None)
+    except ValueError as error:
+        raise HybridError(str(error)) from error
+    return pixel_text(ours, tree(CompiledScene(ours, settings), x, y), x, y)
 
 
 def translated(scene: bpy.types.Scene) -> Translation:
