@@ -330,8 +330,22 @@ class World:
 
 
 @dataclass(frozen=True, eq=False)
+class Raster:
+    """What the rasteriser has drawn of the same frame, over the camera's window: everything but the flagged objects.
+
+    pixels : (height, width, 4) float32, scene-linear, associated alpha. Alpha is 1 exactly where a pixel and what its
+             filter reaches show nothing that is held out (and, over a transparent film, no sky).
+    depth  : (height, width) float32, metres along the view axis, not filtered: of one place in each pixel, the same in
+             all. NO_DEPTH where there is only sky. Held-out objects have depth, blended materials have none.
+    """
+
+    pixels: Float32
+    depth: Float32
+
+
+@dataclass(frozen=True, eq=False)
 class Scene:
-    """Everything that one frame needs."""
+    """Everything that one frame needs. raster: the other half of the picture, if there is one to look at."""
 
     camera: Camera
     meshes: tuple[TriangleMesh, ...] = ()
@@ -341,6 +355,7 @@ class Scene:
     surfaces: tuple[Surface, ...] = ()
     lights: tuple[Light, ...] = ()
     world: World = field(default_factory=World)
+    raster: Raster | None = None
 
 
 @dataclass(frozen=True)

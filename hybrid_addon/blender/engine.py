@@ -16,7 +16,7 @@ import bpy
 import numpy as np
 
 from ..report.frame import frame_report
-from ..scene import Film, Float32, Settings
+from ..scene import Camera, Film, Float32, Raster, Settings
 from . import abort, images, layers, pipeline, results
 from .errors import HybridError
 
@@ -107,9 +107,9 @@ def trace_frame(
     mode = scene.hybrid.mode
 
     clock = results.Clock()
-    raster, mask = (
-        (None, None) if mode == "FULL" else _stage(progress, "Reading EEVEE's picture", read_mask, scene, window)
-    )
+    raster, mask, depth = None, None, None
+    if mode != "FULL":
+        raster, mask, depth = _stage(progress, "Reading EEVEE's picture", read_mask, scene, window)
     timing["mask read"] = clock.read()
 
     clock = results.Clock()
@@ -118,12 +118,15 @@ def trace_frame(
         light_falloff=scene.hybrid.light_falloff,
     )  # fmt: skip
     timing["translate"] = clock.read()
+    traced_scene = translation.scene
+    if raster is not None and depth is not None:
+        traced_scene = replace(traced_scene, raster=Raster(raster, without_sky(depth, traced_scene.camera)))
 
     settings = tracer_settings(scene)
     if not progress("Building", 0.0):
         raise Cancelled
     deadline = results.deadline(scene.name, scene.hybrid.time_budget, (window[2] - window[0]) * (window[3] - window[1]))
-    film = trace(translation.scene, settings, mask, lambda fraction: progress("Tracing", fraction), deadline)
+    film = trace(traced_scene, settings, mask, lambda fraction: progress("Tracing", fraction), deadline)
     results.sampled(scene.name, film.time["develop"]["wall"])
     mask = film.coverage if mask is None else mask
     report = frame_report(
@@ -140,19 +143,33 @@ def trace_frame(
     return results.Frame(window, raster, mask, premultiply(film.radiance, mask), report), film
 
 
-def read_mask(scene: bpy.types.Scene, window: Window) -> tuple[Float32, Float32]:
-    """EEVEE's picture without the flagged objects (h, w, 4), and their coverage (h, w), both over the window."""
+def read_mask(scene: bpy.types.Scene, window: Window) -> tuple[Float32, Float32, Float32 | None]:
+    """EEVEE's picture without the flagged objects (h, w, 4), their coverage (h, w) and, if it was asked for, the depth
+    of that picture (h, w); all over the window."""
     from ..compositor import mask_from_alpha
 
     planes = images.read_render_result(scene)
     mask_layer = pipeline.mask_layer(scene)
-    raster = _crop(planes[f"{mask_layer.name}.Combined"], window) if mask_layer else None
-    if raster is None:
+    if mask_layer is None:
         raise HybridError(f"scene '{scene.name}' has no mask view layer: switch Hybrid off and on again")
+    raster = _crop(planes[f"{mask_layer.name}.Combined"], window)
+    plane = planes.get(f"{mask_layer.name}.Depth") if pipeline.needs_raster(scene) else None
+    depth = None if plane is None else _crop(plane, window)[..., 0]
     if not scene.render.film_transparent:
-        return raster, mask_from_alpha(raster[..., 3])
+        return raster, mask_from_alpha(raster[..., 3]), depth
     whole = _crop(planes[f"{pipeline.source_layer(scene).name}.Combined"], window)
-    return raster, mask_from_alpha(raster[..., 3], whole[..., 3])
+    return raster, mask_from_alpha(raster[..., 3], whole[..., 3]), depth
+
+
+def without_sky(depth: Float32, camera: Camera) -> Float32:
+    """EEVEE's depth pass with NO_DEPTH where there is only sky: 5.x has it already, 4.5 writes about the clip end.
+
+    It is read back from a depth buffer, whose rounding grows with clip end over clip start.
+    """
+    from ..tracer.constants import FLOAT32_ULP, NO_DEPTH
+
+    rounding = 8 * FLOAT32_ULP * camera.clip_end / camera.clip_start
+    return np.where(depth > camera.clip_end * (1 - min(rounding, 0.5)), np.float32(NO_DEPTH), depth)
 
 
 def tracer_settings(scene: bpy.types.Scene) -> Settings:

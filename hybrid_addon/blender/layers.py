@@ -36,9 +36,12 @@ def mask_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer | None:
 
 
 def sync_mask_layer(
-    scene: bpy.types.Scene, source: bpy.types.ViewLayer, ours: bpy.types.Collection
+    scene: bpy.types.Scene, source: bpy.types.ViewLayer, ours: bpy.types.Collection, *, depth: bool
 ) -> bpy.types.ViewLayer:
-    """Make the mask layer show what the source layer shows, with `ours` held out; no other layer shows `ours`."""
+    """Make the mask layer show what the source layer shows, with `ours` held out; no other layer shows `ours`.
+
+    depth: the tracer asks for its depth, too.
+    """
     mask = mask_layer(scene)
     if mask is None:
         mask = scene.view_layers.new(MASK_LAYER)
@@ -46,6 +49,7 @@ def sync_mask_layer(
         for name in mask.bl_rna.properties.keys():  # a new layer has Depth on; the mask layer needs the picture only
             if name.startswith("use_pass_"):
                 set_(mask, name, name == "use_pass_combined")
+    set_(mask, "use_pass_z", depth)
     for name in _LAYER_SETTINGS:
         if hasattr(source, name):
             set_(mask, name, getattr(source, name))

@@ -81,6 +81,11 @@ def effective_mode(scene: bpy.types.Scene) -> str:
     return "RASTER" if mode == "HYBRID" and not flagged_objects(scene) else mode
 
 
+def needs_raster(scene: bpy.types.Scene) -> bool:
+    """Whether the tracer asks for EEVEE's picture and its depth, `Scene.raster`, beside the mask."""
+    return False
+
+
 def flagged_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """The ray traced objects that the user's layer renders, each once, in the order of its collections.
 
@@ -182,7 +187,7 @@ def sync(scene: bpy.types.Scene) -> None:
         mode = effective_mode(scene)
         source = _sync_source(scene, restore)
         collection = _sync_collection(scene)
-        mask = sync_mask_layer(scene, source, collection)
+        mask = sync_mask_layer(scene, source, collection, depth=needs_raster(scene))
         trace = _sync_trace_scene(scene)
         nodes.sync(scene, source, mask, trace, mode, restore)
         set_(mask, "use", mode == "HYBRID")

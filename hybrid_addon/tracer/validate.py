@@ -35,6 +35,7 @@ def validate(scene: Scene, settings: Settings, mask: Float32 | None) -> None:
     _check_settings(settings)
     _check_camera(scene)
     _check_mask(scene, mask)
+    _check_raster(scene)
     for mesh in scene.meshes:
         _check_mesh(mesh)
     _check_references(scene)
@@ -101,6 +102,17 @@ def _check_mask(scene: Scene, mask: Float32 | None) -> None:
             np.shape(mask) == (y1 - y0, x1 - x0),
             f"mask: must be (height, width) of the camera's window, {(y1 - y0, x1 - x0)}, got {np.shape(mask)}",
         )
+
+
+def _check_raster(scene: Scene) -> None:
+    if scene.raster is None:
+        return
+    x0, y0, x1, y1 = scene.camera.window
+    for name, array, shape in (
+        ("pixels", scene.raster.pixels, (y1 - y0, x1 - x0, 4)),
+        ("depth", scene.raster.depth, (y1 - y0, x1 - x0)),
+    ):
+        _require(np.shape(array) == shape, f"raster: {name} must be {shape}, got {np.shape(array)}")
 
 
 def _check_mesh(mesh: TriangleMesh) -> None:
