@@ -7,12 +7,14 @@ and prints ADVICE: ok once flagging, and undoing it, did what they say.
 """
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
 import bpy
 from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import advice, pipeline, ui
+
+sys.path.insert(0, os.path.dirname(__file__))
+import window as screen
 
 FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
 GLASS, MIRROR = "Wine Glass", "Mirror Ball"
@@ -59,7 +61,7 @@ def arrange() -> None:
         assert bpy.ops.hybrid.flag_advised("EXEC_DEFAULT", True) == {"FINISHED"}
         assert names() == {GLASS, MIRROR}, names()
         bpy.ops.ed.undo()
-    bpy.app.timers.register(again, first_interval=1.0)
+    screen.soon(again)
 
 
 def names() -> set[str]:
@@ -84,7 +86,7 @@ def again() -> None:
     areas.sort(key=lambda area: (area.x, -area.y))
     for area in areas[:3]:
         area.type = "PROPERTIES"
-    bpy.app.timers.register(tabs, first_interval=1.0)
+    screen.soon(tabs)
 
 
 def tabs() -> None:
@@ -94,7 +96,7 @@ def tabs() -> None:
     for area, tab in zip(areas, ("RENDER", "MATERIAL", "COLLECTION"), strict=False):
         area.spaces.active.context = tab
     print("ADVICE: ok", flush=True)
-    bpy.app.timers.register(scroll, first_interval=1.0)
+    screen.soon(scroll)
 
 
 def scroll() -> None:
@@ -106,15 +108,14 @@ def scroll() -> None:
             with bpy.context.temp_override(window=window, area=area, region=region):
                 for _ in range(40):
                     bpy.ops.view2d.scroll_down()
-    bpy.app.timers.register(shoot, first_interval=2.0)
+    screen.soon(shoot, 2.0)
 
 
 def shoot() -> None:
-    """The whole screen, by ImageMagick: on software OpenGL Blender's own screenshot operator gives a black picture."""
-    subprocess.run(["import", "-window", "root", str(FOLDER / "advice.png")], check=True)
+    """The picture is the end."""
+    screen.shoot(str(FOLDER / "advice.png"))
     os._exit(0)
 
 
-bpy.context.preferences.view.show_splash = False
 bpy.context.preferences.view.ui_scale = 0.8
-bpy.app.timers.register(arrange, first_interval=1.0)
+screen.soon(arrange)

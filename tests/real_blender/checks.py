@@ -6,13 +6,17 @@ BLENDER and XVFB_BLENDER.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
+import tempfile
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +28,8 @@ ROOT = HERE.parent.parent
 BLENDER = shlex.split(os.environ.get("BLENDER", "blender"))
 XVFB_BLENDER = shlex.split(os.environ.get("XVFB_BLENDER", "xvfb-blender"))
 STEP = 1 / 255  # of an 8 bit picture
+START = 60  # seconds in which Blender prints its first line; xvfb-run, which may wait for its screen for ever, does not
+PATIENCE = 200  # seconds for one run of Blender
 
 
 class Blender:
@@ -31,16 +37,35 @@ class Blender:
 
     def __init__(self, resources: Path) -> None:
         self.environment = {**os.environ, "BLENDER_USER_RESOURCES": str(resources)}
+        # Mesa maps the index of its cache; programs of another version cut it to their own size under it: SIGBUS.
+        self.environment["MESA_SHADER_CACHE_DIR"] = str(resources.parent / "shaders")
 
     def __call__(self, *arguments: str | Path, command: list[str] = BLENDER, code: int = 0) -> str:
         """Run it, in the checkout's folder; its whole output."""
-        process = subprocess.run(
-            [*command, *map(str, arguments)],
-            cwd=ROOT, env=self.environment, text=True, timeout=400, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-        )  # fmt: skip
-        assert process.returncode == code, process.stdout
-        assert "Traceback" not in process.stdout, process.stdout
-        return process.stdout
+        for _ in range(3):
+            returned, printed = self._run([*command, *map(str, arguments)])
+            if returned != -signal.SIGKILL or printed:
+                break
+            warnings.warn(f"{command[0]} did not start in {START} s: once more", stacklevel=2)
+        assert returned == code, printed
+        assert "Traceback" not in printed, printed
+        return printed
+
+    def _run(self, command: list[str]) -> tuple[int, str]:
+        """Exit code and output; killed, with the screen that it draws on, if it does not start or does not end."""
+        with tempfile.TemporaryFile("w+", errors="replace") as output:
+            process = subprocess.Popen(command, cwd=ROOT, env=self.environment, start_new_session=True,
+                                       stdout=output, stderr=subprocess.STDOUT)  # fmt: skip
+            for patience in (START, PATIENCE):
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    process.wait(patience)
+                if process.returncode is not None or not os.fstat(output.fileno()).st_size:
+                    break
+            if process.returncode is None:
+                os.killpg(process.pid, signal.SIGKILL)
+            returned = process.wait()
+            output.seek(0)
+            return returned, output.read()
 
     def script(self, expression: str) -> str:
         """Run one line of Python in the background; its output."""

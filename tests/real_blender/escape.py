@@ -5,12 +5,15 @@ xvfb-blender FILE.blend --python escape.py
 
 import os
 import subprocess
+import sys
 import time
 
 import bpy
 from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import engine, pipeline
 
-PATIENCE = 240  # seconds
+sys.path.insert(0, os.path.dirname(__file__))
+import window as screen
+
 pressed = 0.0
 tracing = False
 
@@ -31,7 +34,7 @@ def press_f12() -> None:
     bpy.app.handlers.render_cancel.append(cancelled)
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
         bpy.ops.render.render("INVOKE_DEFAULT")
-    bpy.app.timers.register(press_escape, first_interval=0.5)
+    screen.soon(press_escape, 0.5)
 
 
 def press_escape() -> float | None:
@@ -45,7 +48,7 @@ def press_escape() -> float | None:
 
 def cancelled(*_args: object) -> None:
     print(f"ESCAPE: {time.perf_counter() - pressed:.2f} s", flush=True)
-    bpy.app.timers.register(look, first_interval=1.0)
+    screen.soon(look)
 
 
 def look() -> None:
@@ -56,11 +59,4 @@ def look() -> None:
     os._exit(0)
 
 
-def give_up() -> None:
-    print(f"ESCAPE: nothing after {PATIENCE} s, tracing {tracing}", flush=True)
-    os._exit(3)
-
-
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(press_f12, first_interval=1.0)
-bpy.app.timers.register(give_up, first_interval=PATIENCE)
+screen.soon(press_f12)

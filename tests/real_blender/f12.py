@@ -8,12 +8,13 @@ import sys
 
 import bpy
 
-PATIENCE = 240  # seconds
+sys.path.insert(0, os.path.dirname(__file__))
+import window as screen
 
 
 def press_f12() -> None:
     """What the key does: the render operator, invoked, so that it runs as a job beside the interface."""
-    bpy.app.handlers.render_complete.append(lambda *_: bpy.app.timers.register(save, first_interval=1.0))
+    bpy.app.handlers.render_complete.append(lambda *_: screen.soon(save))
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
         assert bpy.ops.render.render("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
 
@@ -25,10 +26,4 @@ def save() -> None:
     bpy.ops.wm.quit_blender()
 
 
-def give_up() -> None:
-    print(f"F12: no picture after {PATIENCE} s", flush=True)
-    os._exit(3)
-
-
-bpy.app.timers.register(press_f12, first_interval=1.0)
-bpy.app.timers.register(give_up, first_interval=PATIENCE)
+screen.soon(press_f12)

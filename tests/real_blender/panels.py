@@ -7,12 +7,14 @@ to show them whole.
 """
 
 import os
-import subprocess
 import sys
 
 import bpy
 from bl_ext.user_default import hybrid_addon as hybrid
 from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import ui
+
+sys.path.insert(0, os.path.dirname(__file__))
+import window as screen
 
 PICTURE = sys.argv[sys.argv.index("--") + 1]
 
@@ -42,16 +44,15 @@ def arrange() -> None:
     halves = sorted((a for a in window.screen.areas if a.type == "PROPERTIES"), key=lambda a: a.x)
     for half, tab in zip(halves, ("OBJECT", "RENDER"), strict=False):
         half.spaces.active.context = tab
-    bpy.app.timers.register(shoot, first_interval=2.0)
+    screen.soon(shoot, 2.0)
 
 
 def shoot() -> None:
-    """The whole screen, by ImageMagick: on software OpenGL Blender's own screenshot operator gives a black picture."""
-    subprocess.run(["import", "-window", "root", PICTURE], check=True)
+    """The picture is the end."""
+    screen.shoot(PICTURE)
     print("PANELS: saved", flush=True)
     os._exit(0)
 
 
-bpy.context.preferences.view.show_splash = False
 bpy.context.preferences.view.ui_scale = 0.75
-bpy.app.timers.register(arrange, first_interval=1.0)
+screen.soon(arrange)

@@ -8,7 +8,6 @@ and the last picture were there.
 """
 
 import os
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -16,14 +15,17 @@ from collections.abc import Iterator
 import bpy
 from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import preview
 
+sys.path.insert(0, os.path.dirname(__file__))
+import window as screen
+
 PREFIX = sys.argv[sys.argv.index("--") + 1]
 PATIENCE = 60  # seconds for each preview
 PACKAGE = "bl_ext.user_default.hybrid_addon"
 
 
 def shoot(name: str) -> None:
-    """The whole screen, by ImageMagick: on software OpenGL Blender's own screenshot operator gives a black picture."""
-    subprocess.run(["import", "-window", "root", f"{PREFIX}_{name}.png"], check=True)
+    """The screen as it is now."""
+    screen.shoot(f"{PREFIX}_{name}.png")
 
 
 def steps() -> Iterator[float]:
@@ -69,5 +71,4 @@ def preview_comes(name: str) -> Iterator[float]:
 
 
 _steps = steps()
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(lambda: next(_steps), first_interval=1.0)
+screen.soon(lambda: next(_steps))

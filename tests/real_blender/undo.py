@@ -6,15 +6,16 @@ xvfb-blender --python undo.py -- SEED STEPS FILE.blend
 import os
 import random
 import sys
-import traceback
 
 import bpy
 from bl_ext.user_default import hybrid_addon as hybrid
 from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import handlers, layers, nodes, pipeline
 
+sys.path.insert(0, os.path.dirname(__file__))
+import window as screen
+
 SEED, STEPS, FILE = sys.argv[sys.argv.index("--") + 1 :]
 dice = random.Random(int(SEED))
-history: list[str] = []
 
 
 def op(operator, **properties):
@@ -167,25 +168,17 @@ def check():
 
 
 def walk():
-    try:
-        for number in range(int(STEPS)):
-            action = dice.choice(ACTIONS)
-            history.append(action.__name__)
-            with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
-                action()
-            check()
-            print(f"WALK {number} {action.__name__}", flush=True)
-        for scene in own_scenes():
-            hybrid.disable(scene)
-        history.append("disable")
+    for number in range(int(STEPS)):
+        action = dice.choice(ACTIONS)
+        print(f"WALK {number} {action.__name__}", flush=True)
+        with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+            action()
         check()
-        print("WALK: consistent", flush=True)
-        os._exit(0)
-    except BaseException as error:  # not print_exc: it looks into objects that an undo may have removed
-        print("WALK:", history, flush=True)
-        print("".join(traceback.format_tb(error.__traceback__)), type(error).__name__, str(error), flush=True)
-        os._exit(4)
+    for scene in own_scenes():
+        hybrid.disable(scene)
+    check()
+    print("WALK: consistent", flush=True)
+    os._exit(0)
 
 
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(walk, first_interval=1.0, persistent=True)
+screen.soon(walk, persistent=True)
