@@ -367,8 +367,10 @@ class Settings:
     cutoff        : throughput that each camera sample may lose to rays that are not followed because they would bring
                     little, the smallest first; 0 = follow all. What is lost is in the residual.
     filter_radius : of the pixel filter in pixels (Blender's Filter Size, EEVEE's Gaussian).
-    see           : "FLAGGED": camera rays see `ray_traced` objects only (hybrid); "ALL": everything and the world.
-    transparent   : with "ALL", pixels where nothing is hit get alpha 0 (Film > Transparent).
+    see           : "FLAGGED": camera rays see `ray_traced` objects only (hybrid); "RASTER": everything else and the
+                    world; "ALL": both.
+    transparent   : where camera rays see the world, pixels where nothing is hit get alpha 0 (Film > Transparent).
+    raster_shadows : work out, too, the shadows that flagged objects cast on all others (`Film.shadow`).
     threads       : worker threads, 0 = all cores. chunk: camera rays a thread takes at once. Neither changes a pixel.
     seed          : of the sampling pattern, together with the pixel's absolute position.
     shadow_samples : rays to each light that has a size, for each hit, spread over the light; 0 = hard shadows.
@@ -382,7 +384,7 @@ class Settings:
     samples: int = 16
     max_depth: int = 8
     filter_radius: float = 1.5
-    see: Literal["FLAGGED", "ALL"] = "FLAGGED"
+    see: Literal["FLAGGED", "RASTER", "ALL"] = "FLAGGED"
     transparent: bool = False
     threads: int = 0
     chunk: int = 1 << 16
@@ -392,6 +394,7 @@ class Settings:
     passes: frozenset[str] = frozenset()
     keep: frozenset[str] = frozenset()
     shadow_samples: int = 1
+    raster_shadows: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -409,6 +412,8 @@ class Film:
     sampling   : samples_mean, samples_max; rmse, the error to expect of them (None: unknown), and the slope that it
                  falls with; audit, of the pixels that adaptive sampling left alone.
     passes     : the data passes that were asked for, by name: (height, width) or (height, width, 3) float32.
+    shadow     : (height, width, 3) float32, the light that the shadows of flagged objects leave over on all that is not
+                 flagged, as a share of the light without them; exactly 1 where they take nothing. None: not worked out.
     """
 
     radiance: Float32
@@ -421,3 +426,4 @@ class Film:
     sampling: dict[str, object] = field(default_factory=dict)
     plan: list[dict[str, object]] = field(default_factory=list)
     passes: dict[str, Float32] = field(default_factory=dict)
+    shadow: Float32 | None = None

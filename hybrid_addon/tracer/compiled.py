@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import threading
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -37,10 +38,16 @@ class CompiledScene:
         self._make_sets()
 
     def _make_sets(self) -> None:
-        g, table = self.geometry, self.surfaces
+        g = self.geometry
         self.seen_by_camera = self._set(g.camera)
         self.seen_by_secondary = self._set(g.secondary if self.plan.secondary else np.zeros_like(g.secondary))
-        casts = g.shadow if self.plan.shadows else np.zeros_like(g.shadow)
+        self._make_shadow_sets(g.shadow)
+
+    def _make_shadow_sets(self, casts: NDArray[np.bool_]) -> None:
+        """Let the primitives `casts` (np,) cast shadows."""
+        g, table = self.geometry, self.surfaces
+        if not self.plan.shadows:
+            casts = np.zeros_like(casts)
         opaque, clear = table.shadow_opaque[g.surface], table.shadow_clear[g.surface]
         if not self.plan.any_hit:
             opaque = np.zeros_like(opaque)
@@ -60,6 +67,17 @@ class CompiledScene:
         """The same scene for another camera and other samples, depth or cutoff; `see` and `transparent` must agree."""
         other = copy.copy(self)
         other.camera, other.settings = camera, settings
+        return other
+
+    def raster_view(self, shadowed: bool) -> CompiledScene:
+        """What a rasteriser draws: all but the flagged objects, with the shadows that these cast on it or without."""
+        other = self.seen_from(self.camera, replace(self.settings, see="RASTER", adaptive=0.0))
+        g = self.geometry
+        other.seen_by_camera = self._set(g.camera & ~g.ray_traced)
+        secondary = g.secondary & ~g.ray_traced
+        other.seen_by_secondary = self._set(secondary if self.plan.secondary else np.zeros_like(secondary))
+        if not shadowed:
+            other._make_shadow_sets(g.shadow & ~g.ray_traced)
         return other
 
     @cached_property

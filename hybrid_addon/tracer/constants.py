@@ -190,5 +190,8 @@ than the coarse pixels' footprint on a slope, less than the distance between thi
 SHARP_ROUGHNESS = 0.25
 """Above it the sharp mirror image that is traced would look wrong enough to leave a surface to the rasteriser."""
 
+CASTER_BALLS = 8
+"""Where shadows on the raster may lie is told by so many balls around what casts them; each costs time a pixel."""
+
 NO_DEPTH = 1e10
 """In a depth pass: nothing there. What EEVEE and Cycles write."""

@@ -65,6 +65,7 @@ PRUNINGS = (
     Pruning("world", "exact if", "light of rays that leave the scene", "the world is black"),
     Pruning("media", "exact if", "the stack of media around each ray", "no closed body transmits"),
     Pruning("absorption", "exact if", "absorption on the way of rays", "no closed body absorbs"),
+    Pruning("raster-shadows", "exact if", "shadows on the raster", "no flagged object can cast one"),
     Pruning("cutoff", "bounded", "rays that bring little", "Cutoff is above 0: no sample loses more than that"),
     Pruning("adaptive", "heuristic", "samples", "Adaptive is above 0: the pixel's first samples and neighbours agree"),
 )
@@ -84,6 +85,7 @@ class Plan:
     shadows   : trace shadow rays.   unlit : even where no light would arrive.   any_hit : ask for any hit where it will
                 do.
     soft_shadows : shadow rays may go to points spread over their lights.
+    raster_shadows : work out the shadows of flagged objects on all others.
     applies   : pruning -> whether it is made.   skipped : what was left out: {"what", "why", "count"}.
     """
 
@@ -100,6 +102,7 @@ class Plan:
     emission: bool
     world: bool
     soft_shadows: bool
+    raster_shadows: bool
     applies: dict[str, bool] = field(default_factory=dict)
     skipped: Skipped = field(default_factory=list)
 
@@ -234,6 +237,11 @@ def make_plan(
     soft = shadows and settings.shadow_samples > 0
     soft = soft and not spare("soft-shadows", not sized, "no light that casts shadows has a size", len(lights))
     any_hit = spare("any-hit", shadows and bool((geometry.shadow & table.shadow_opaque[geometry.surface]).any()))
+    casters = geometry.shadow & geometry.ray_traced & ~table.shadow_clear[geometry.surface]
+    raster_shadows = shadows and settings.raster_shadows
+    if settings.raster_shadows:
+        why = "no flagged object can cast one"
+        raster_shadows = not spare("raster-shadows", not (shadows and casters.any()), why) and raster_shadows
     spare("cutoff", settings.cutoff > 0)
     spare("adaptive", settings.adaptive > 0)
     plan = Plan(
@@ -250,6 +258,7 @@ def make_plan(
         emission=emission,
         world=escapes,
         soft_shadows=soft,
+        raster_shadows=raster_shadows,
         applies=notes.applies,
         skipped=notes.skipped,
     )
@@ -288,7 +297,8 @@ def _shadows(
 
 def reachable_surfaces(geometry: Geometry, table: SurfaceTable, settings: Settings) -> NDArray[np.bool_]:
     """(s,) bool: surfaces on which light is ever worked out."""
-    first = geometry.camera & geometry.ray_traced if settings.see == "FLAGGED" else geometry.camera
+    only_flagged = settings.see == "FLAGGED" and not settings.raster_shadows
+    first = geometry.camera & geometry.ray_traced if only_flagged else geometry.camera
     reachable = np.zeros(len(table.ior), bool)
     reachable[geometry.surface[first]] = True
     if (table.transmits & table.straight & reachable).any():

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Film, Float32, Scene, Settings
+from .cast import raster_shadow
 from .compiled import CompiledScene
 from .constants import FAILED_PIXEL, FILL_SAMPLES
 from .data import depth_and_normal
@@ -58,8 +59,8 @@ def trace(
 
 
 def _compiled(scene: Scene, settings: Settings, mask: Float32 | None) -> CompiledScene:
-    """The scene made ready; nothing of it for an empty mask."""
-    if mask is None or np.any(mask) or "empty-mask" in settings.keep:
+    """The scene made ready; nothing of it for an empty mask, unless what is out of sight may cast shadows."""
+    if mask is None or np.any(mask) or settings.raster_shadows or "empty-mask" in settings.keep:
         return CompiledScene(scene, settings)
     compiled = CompiledScene(Scene(scene.camera), settings)
     compiled.plan.applies["empty-mask"] = True
@@ -94,12 +95,15 @@ class _Frame:
         self.total = Totals.zeros(n, is_adaptive(scene))
         self.schedule = Schedule(scene, self.passes, self.total, self.pixels, self.mask, deadline)
         self.skipped = list(self.scene.plan.skipped)
+        self.shadow: Float32 | None = None
 
     # -------------------------------------------------------------------------------------------- stages
 
     def render(self) -> Film:
         """Trace all wanted pixels, fill those that no sample hit, and develop."""
         began = time.perf_counter()
+        if self.settings.raster_shadows:
+            self.shadow = self._raster_shadow()
         self.schedule.run()
         for skipped in self.schedule.skipped:
             self._skip(*skipped)
@@ -114,6 +118,14 @@ class _Frame:
         film.time["trace"] = {"wall": time.perf_counter() - began, "cpu": self._cpu()}
         film.time["total"] = {"wall": time.perf_counter() - self.began, "cpu": self._cpu()}
         return film
+
+    def _raster_shadow(self) -> Float32:
+        """Shadows of flagged objects on all others; first, as a time budget would leave none for them later."""
+        shape = (self.height, self.width)
+        if not self.scene.plan.raster_shadows:
+            return np.ones((*shape, 3), np.float32)
+        mask = None if self.mask is None else self.mask.reshape(shape)
+        return raster_shadow(self.scene, mask, self.tally, self.deadline, lambda _done: self.passes.report(0.0))
 
     def _cpu(self) -> float:
         return sum(seconds for phase, seconds in self.tally.cpu.items() if phase != "build")
@@ -189,6 +201,7 @@ class _Frame:
             plan=self.scene.plan.table(),
             sampling=self.schedule.sampling,
             passes=self._data_passes(),
+            shadow=self.shadow,
         )
 
     def _data_passes(self) -> dict[str, Float32]:

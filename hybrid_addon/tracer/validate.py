@@ -79,7 +79,8 @@ def _check_settings(settings: Settings) -> None:
     )
     _require(0 <= settings.cutoff < 1, f"settings: cutoff must lie in 0..1, got {settings.cutoff}")
     _require(0 <= settings.adaptive < 1, f"settings: adaptive must lie in 0..1, got {settings.adaptive}")
-    _require(settings.see in ("FLAGGED", "ALL"), f"settings: see must be FLAGGED or ALL, got {settings.see!r}")
+    see = ("FLAGGED", "RASTER", "ALL")
+    _require(settings.see in see, f"settings: see must be FLAGGED, RASTER or ALL, got {settings.see!r}")
 
 
 def _check_camera(scene: Scene) -> None:

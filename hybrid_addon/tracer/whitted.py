@@ -121,12 +121,16 @@ def _count_camera_rays(
     scene: CompiledScene, rays: Rays, hits: Hits, hit: NDArray[np.bool_], sums: Sums
 ) -> tuple[Rays, Hits, NDArray[np.bool_]]:
     """Count the samples that saw something and drop the others."""
-    if scene.settings.see == "FLAGGED":
-        counts = hit & scene.geometry.ray_traced.take(hits.prim, mode="wrap") if hit.any() else hit
+    see = scene.settings.see
+    flagged = hit & scene.geometry.ray_traced.take(hits.prim, mode="wrap") if see != "ALL" and hit.any() else hit
+    if see == "FLAGGED":
+        counts = flagged
     elif scene.settings.transparent:
         counts = hit
     else:
         counts = np.ones(len(rays), bool)
+    if see == "RASTER":
+        counts = counts & ~flagged
     kept = select(counts)
     rays = rays.take(kept)
     sums.add_seen(rays.sample)
@@ -141,7 +145,7 @@ def add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums, ta
     gone = rays.take(escaped)
     if sums.signatures is not None:
         sums.signatures.add_escaped(gone)
-    if scene.settings.see == "ALL" and scene.settings.transparent and gone.camera.any():
+    if scene.settings.see != "FLAGGED" and scene.settings.transparent and gone.camera.any():
         straight = gone.take(select(gone.camera))
         sums.add_seen(straight.sample, -straight.throughput.max(axis=0))
         gone = gone.take(select(~gone.camera))

@@ -89,7 +89,7 @@ EXACT = [p.name for p in PRUNINGS if p.kind in ("exact", "exact if") and "mask" 
 
 
 def same(a, b):
-    for name in ("radiance", "coverage", "residual"):
+    for name in ("radiance", "coverage", "residual", "shadow"):
         np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
 
 
@@ -97,6 +97,7 @@ def same(a, b):
 def planned(build):
     """Every scene, whole and flagged, with what is left out."""
     every = [(s, replace(ALL, see=see, max_depth=3)) for s in scenes(build) for see in ("ALL", "FLAGGED")]
+    every += [(s, replace(settings, raster_shadows=True)) for s, settings in every if settings.see == "FLAGGED"]
     return [(s, settings, trace(s, settings)) for s, settings in every]
 
 

@@ -1,0 +1,226 @@
+"""The shadows that flagged objects cast on everything else: what the rasteriser's picture of that has to lose.
+
+The rasteriser draws without them. So what it draws is traced twice, once as it is and once with these shadows, and the
+quotient of the two pictures is what they leave over: exactly 1 where both agree. Whatever the tracer does for local
+shading holds here too: coloured shadows through glass, lights with a size, light of the world, which nothing takes
+away, and points that are in another object's shadow already. Both pictures take the same samples, so the quotient has
+less noise than either.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import AreaLight, Float32, Float64, SunLight
+from .accel import traceable
+from .camera import generate_rays
+from .compiled import CompiledScene
+from .constants import CASTER_BALLS, REACH_MARGIN
+from .lights import CompiledLight
+from .passes import Pass, Passes, Pixels
+from .tally import Tally
+from .totals import Totals
+from .vectors import dot
+
+Bools = NDArray[np.bool_]
+
+BAND = 1 << 16
+"""Pixels that are looked at at once."""
+
+BUDGET_SHARE = 0.5
+"""Against a deadline the shadows on the raster take no more samples after this share of the time."""
+
+
+def raster_shadow(
+    scene: CompiledScene, mask: Float32 | None, tally: Tally, deadline: float, report: Callable[[float], None]
+) -> Float32:
+    """`Film.shadow` (h, w, 3): light with the shadows of flagged objects over light without; 1 within the mask.
+
+    mask   : (h, w) coverage of the flagged objects; None: unknown.
+    report : told the fraction done; may raise to stop.
+    """
+    x0, y0, x1, y1 = scene.camera.window
+    n = (x1 - x0) * (y1 - y0)
+    pixels = np.arange(n) if mask is None else np.flatnonzero(np.asarray(mask).reshape(-1) < 1)
+    views = [scene.raster_view(shadowed) for shadowed in (True, False)]
+    pixels = _concerned(views[0], pixels, tally)
+    result = np.ones((n, 3), np.float32)
+    if len(pixels):
+        shadowed, plain = _trace(views, scene, pixels, n, tally, deadline, report)
+        with np.errstate(all="ignore"):
+            share = np.where(shadowed == plain, np.float32(1), shadowed / plain)
+        result[pixels] = np.where(np.isfinite(share), share, np.float32(1)).T
+    return result.reshape(y1 - y0, x1 - x0, 3)
+
+
+def _trace(
+    views: list[CompiledScene],
+    scene: CompiledScene,
+    pixels: Pixels,
+    n: int,
+    tally: Tally,
+    deadline: float,
+    report: Callable[[float], None],
+) -> list[Float32]:
+    """Radiance (3, m) of the pixels in both views, with the same samples: all, or as many as there is time for."""
+    samples, began = scene.settings.samples, time.perf_counter()
+    both = [(Passes(view, None), Totals.zeros(n, False)) for view in views]
+    taken, count = 0, samples if deadline == math.inf else 1
+    while taken < samples:
+        for number, (passes, totals) in enumerate(both):
+            # Samples that see a flagged object do not count: the raster shows none there.
+            work = Pass(taken, count, scene.seen_by_camera, samples > 1)
+            span = [(taken + count * (number + end) / 2) / samples for end in (0, 1)]
+            passes.progress = _told(report)
+            passes.run(pixels, work, totals, (span[0], span[1]))
+        taken += count
+        count = min(taken, samples - taken)
+        if time.perf_counter() - began > BUDGET_SHARE * (deadline - began):
+            break
+    for passes, _ in both:
+        tally.merge(passes.tally)
+    return [totals.mean(pixels) for _, totals in both]
+
+
+def _told(report: Callable[[float], None]) -> Callable[[float], bool]:
+    def progress(fraction: float) -> bool:
+        report(fraction)
+        return True
+
+    return progress
+
+
+# ------------------------------------------------------------------------------------------------ which pixels
+
+
+def _concerned(view: CompiledScene, pixels: Pixels, tally: Tally) -> Pixels:
+    """The pixels (m,) on which a shadow may lie: those whose centre shows a place that one can reach, and around them.
+
+    Places that are told by balls around the casters; a filter's radius around them, for the samples of a pixel are
+    spread. What mirrors or lets through shows other places, and always counts.
+    """
+    x0, y0, x1, y1 = view.camera.window
+    balls = caster_balls(view)
+    reached = np.zeros((y1 - y0) * (x1 - x0), bool)
+
+    def look(start: int) -> tuple[Pixels, Tally]:
+        band = pixels[start : start + BAND]
+        counted = Tally()
+        with np.errstate(all="ignore"):
+            return band[_may_be_shadowed(view, band, balls, counted)], counted
+
+    with ThreadPoolExecutor(view.settings.threads or None) as pool:
+        for found, counted in pool.map(look, range(0, len(pixels), BAND)):
+            reached[found] = True
+            tally.merge(counted)
+    around = math.ceil(view.settings.filter_radius) + 1 if view.settings.samples > 1 else 0
+    grown = _grow(reached.reshape(y1 - y0, x1 - x0), around).reshape(-1)
+    return pixels[grown[pixels]]
+
+
+def _may_be_shadowed(view: CompiledScene, band: Pixels, balls: Float64, tally: Tally) -> Bools:
+    """Which pixels (m,) show, at their centres, places where a shadow may lie."""
+    x0, y0, x1, _ = view.camera.window
+    geometry, table = view.geometry, view.surfaces
+    x, y = (np.asarray(place + 0.5, np.float64) for place in (x0 + band % (x1 - x0), y0 + band // (x1 - x0)))
+    origin, direction, t_max = generate_rays(view.camera, x, y, geometry.center, geometry.bounds_radius())
+    result = np.zeros(len(band), bool)
+    sound = np.flatnonzero(traceable(origin, direction))
+    origin, direction = origin[:, sound], direction[:, sound].astype(np.float32, copy=False)
+    hits = view.seen_by_camera.nearest(origin, direction, tally)
+    hit = np.flatnonzero((hits.prim >= 0) & ~(hits.t > t_max[sound]))
+    surface = geometry.surface.take(hits.prim[hit])
+    point = origin[:, hit] + direction[:, hit] * hits.t[hit]
+    found = table.reflects.take(surface) | table.transmits.take(surface)
+    for light in view.lights:
+        if light.light.cast_shadow:
+            for ball in balls:
+                found |= ball_between(light, point, ball[:3], float(ball[3]))
+    result[sound[hit]] = found
+    return result
+
+
+def ball_between(light: CompiledLight, point: Float64, center: Float64, radius: float) -> Bools:
+    """Whether a ball may lie between points (3, n) and any point of a light; in doubt it does."""
+    place = light.position.astype(np.float64)
+    toward: Float64 = place if isinstance(light.light, SunLight) else place - point
+    away = center[:, None] - point
+    margin = REACH_MARGIN * (np.abs(point).max(axis=0) + np.abs(place).max() + np.abs(center).max())
+    # Nearest to the ball's centre on the way to the light's centre; any other way leaves that one by `spread` at most.
+    t = np.maximum(dot(away, toward) / np.maximum(dot(toward, toward) + np.zeros_like(away[0]), 1e-300), 0.0)
+    if isinstance(light.light, SunLight):
+        spread = np.tan(light.light.angle / 2) * (t + radius)
+    else:
+        t = np.minimum(t, 1.0)
+        spread = np.broadcast_to(_half_size(light, toward), t.shape)
+    gap = away - toward * t
+    return np.asarray(dot(gap, gap) <= (radius + spread + margin) ** 2)
+
+
+def _half_size(light: CompiledLight, toward: Float64) -> Float64 | float:
+    """How far the points of a light lie from its centre at most, seen along `toward` (3, n)."""
+    if isinstance(light.light, AreaLight):
+        return float(np.linalg.norm(light.light.axis_u) + np.linalg.norm(light.light.axis_v))
+    assert not isinstance(light.light, SunLight)
+    radius = light.light.radius
+    if light.light.soft_falloff or radius == 0:
+        return radius
+    d2 = dot(toward, toward)  # a ball: the disk that fills the same cone (lights._offset_on_light)
+    return np.asarray(radius * np.sqrt(d2 / np.maximum(d2 - radius * radius, 1e-4 * d2)))
+
+
+def caster_balls(scene: CompiledScene) -> Float64:
+    """Balls (k, 4), centre and radius, k <= CASTER_BALLS, around every flagged primitive that casts a shadow.
+
+    The largest box of primitives is halved along its longest side, again and again.
+    """
+    g = scene.geometry
+    members = np.flatnonzero(g.shadow & g.ray_traced & ~scene.surfaces.shadow_clear[g.surface])
+    nt, ns = g.triangle_count, g.sphere_count
+    if (members >= nt + ns).any():
+        return np.array([[0.0, 0.0, 0.0, np.inf]])
+    low, high = np.empty((len(members), 3)), np.empty((len(members), 3))
+    flat = members < nt
+    corners = g.vertices[g.triangles[members[flat]]].astype(np.float64)
+    low[flat], high[flat] = corners.min(axis=1), corners.max(axis=1)
+    ball = members[~flat] - nt
+    low[~flat] = g.sphere_center[ball] - g.sphere_radius[ball, None]
+    high[~flat] = g.sphere_center[ball] + g.sphere_radius[ball, None]
+    groups = [np.arange(len(members))] if len(members) else []
+    while groups and len(groups) < CASTER_BALLS:
+        sizes = [float(np.max(_sides(low, high, group))) if len(group) > 1 else 0.0 for group in groups]
+        if max(sizes) == 0:
+            break
+        group = groups.pop(int(np.argmax(sizes)))
+        middle = (low[group] + high[group])[:, int(np.argmax(_sides(low, high, group)))]
+        order = np.argsort(middle, kind="stable")
+        groups += [group[order[: len(order) // 2]], group[order[len(order) // 2 :]]]
+    boxes = [_box(low, high, group) for group in groups]
+    return np.array([[*(box.mean(axis=0)), np.linalg.norm(box[1] - box[0]) / 2] for box in boxes]).reshape(-1, 4)
+
+
+def _box(low: Float64, high: Float64, group: Pixels) -> Float64:
+    return np.array([low[group].min(axis=0), high[group].max(axis=0)])
+
+
+def _sides(low: Float64, high: Float64, group: Pixels) -> Float64:
+    return np.asarray(high[group].max(axis=0) - low[group].min(axis=0))
+
+
+def _grow(chosen: Bools, by: int) -> Bools:
+    """Let chosen pixels (h, w) grow by so many in all directions."""
+    for axis in (0, 1):
+        grown = chosen.copy()
+        for shift in range(1, by + 1):
+            there, back = [slice(None)] * 2, [slice(None)] * 2
+            there[axis], back[axis] = slice(shift, None), slice(None, -shift)
+            grown[tuple(there)] |= chosen[tuple(back)]
+            grown[tuple(back)] |= chosen[tuple(there)]
+        chosen = grown
+    return chosen
