@@ -23,6 +23,20 @@ def premultiply(radiance: Float32, mask: Float32) -> Float32:
     return picture
 
 
+def shade(traced: Float32, raster: Float32, shadow: Float32) -> Float32:
+    """The traced layer with what it takes from the raster beside its own objects, so that their sum is in shadow.
+
+    shadow : (h, w, 3) share of the raster's light that is left. Where it is exactly 1 the layer stays as it is, and the
+             raster so too, bit for bit; elsewhere it may be negative.
+    """
+    _same_size(traced, raster)
+    _same_size(traced, shadow)
+    result = traced.copy()
+    concerned = shadow != 1
+    result[..., :3][concerned] += (raster[..., :3] * (shadow - 1))[concerned]
+    return result
+
+
 def add(raster: Float32, traced: Float32) -> Float32:
     """The composite of a raster whose flagged objects are held out and the traced layer that fills the hole.
 

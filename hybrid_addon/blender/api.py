@@ -90,6 +90,7 @@ def render(
     adaptive: float | None = None,
     time_budget: float | None = None,
     shadow_samples: int | None = None,
+    traced_shadows: bool | None = None,
     light_falloff: str | None = None,
     resolution: tuple[int, int] | None = None,
     threads: int | None = None,
@@ -110,6 +111,7 @@ def render(
         "adaptive": adaptive,
         "time_budget": time_budget,
         "shadow_samples": shadow_samples,
+        "traced_shadows": traced_shadows,
     }
     overrides = {
         **quality(preset),

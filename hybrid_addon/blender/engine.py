@@ -17,11 +17,16 @@ import numpy as np
 
 from ..report.frame import frame_report
 from ..scene import Camera, Film, Float32, Raster, Settings
-from . import abort, images, layers, pipeline, results
+from . import abort, images, layers, pipeline, results, shadows
 from .errors import HybridError
 
 Progress = Callable[[str, float], bool]
 Window = tuple[int, int, int, int]
+
+CHANNELS = {"NORMAL": "XYZ", "SHADOW": "RGB"}
+"""Of the data passes that have more than one."""
+
+PASS_TYPES = {"X": "VALUE", "XYZ": "VECTOR", "RGB": "COLOR"}
 
 
 class HybridTracer(bpy.types.RenderEngine):
@@ -37,9 +42,7 @@ class HybridTracer(bpy.types.RenderEngine):
         """Declare the passes, or compositor trees lose their sockets."""
         self.register_pass(scene, view_layer, "Combined", 4, "RGBA", "COLOR")
         for name, channels in _passes(scene.background_set).items():
-            self.register_pass(
-                scene, view_layer, name, len(channels), channels, "VALUE" if channels == "X" else "VECTOR"
-            )
+            self.register_pass(scene, view_layer, name, len(channels), channels, PASS_TYPES[channels])
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Trace one frame. An error is one line in the interface and in the console, and leaves no picture."""
@@ -99,7 +102,7 @@ def trace_frame(
     progress: Progress,
 ) -> tuple[results.Frame, Film]:
     """Read the mask, translate, trace, premultiply: everything between EEVEE and the compositor."""
-    from ..compositor import premultiply
+    from ..compositor import premultiply, shade
     from ..tracer import Cancelled, trace
     from .sync import translate
 
@@ -129,6 +132,9 @@ def trace_frame(
     film = trace(traced_scene, settings, mask, lambda fraction: progress("Tracing", fraction), deadline)
     results.sampled(scene.name, film.time["develop"]["wall"])
     mask = film.coverage if mask is None else mask
+    traced = premultiply(film.radiance, mask)
+    if raster is not None and film.shadow is not None:
+        traced = shade(traced, raster, film.shadow)
     report = frame_report(
         versions=versions(),
         settings=public_settings(scene),
@@ -140,7 +146,7 @@ def trace_frame(
         time=timing,
         warnings=[*scene_warnings(scene), *translation.warnings, *budget_warnings(scene, timing, film)],
     )
-    return results.Frame(window, raster, mask, premultiply(film.radiance, mask), report), film
+    return results.Frame(window, raster, mask, traced, report), film
 
 
 def read_mask(scene: bpy.types.Scene, window: Window) -> tuple[Float32, Float32, Float32 | None]:
@@ -180,7 +186,8 @@ def tracer_settings(scene: bpy.types.Scene) -> Settings:
         cutoff=scene.hybrid.cutoff,
         adaptive=scene.hybrid.adaptive,
         shadow_samples=scene.hybrid.shadow_samples,
-        passes=frozenset(name.lower() for name in scene.hybrid.passes),
+        raster_shadows=pipeline.traces_shadows(scene),
+        passes=frozenset(name.lower() for name in scene.hybrid.passes) - {"shadow"},
         filter_radius=scene.render.filter_size,
         see="ALL" if scene.hybrid.mode == "FULL" else "FLAGGED",
         transparent=scene.render.film_transparent,
@@ -192,7 +199,9 @@ def preview_settings(scene: bpy.types.Scene) -> Settings:
     """The same for a viewport, with a processor left for the interface."""
     settings = tracer_settings(scene)
     threads = settings.threads or max(1, (os.cpu_count() or 2) - 1)
-    return replace(settings, see="FLAGGED", transparent=False, passes=frozenset(), threads=threads)
+    return replace(
+        settings, see="FLAGGED", transparent=False, raster_shadows=False, passes=frozenset(), threads=threads
+    )
 
 
 def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:
@@ -205,6 +214,7 @@ def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:
         "adaptive",
         "time_budget",
         "shadow_samples",
+        "traced_shadows",
         "light_falloff",
         "threads",
     )
@@ -248,7 +258,7 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
         warnings.append("stereoscopy is not supported: the ray traced half shows one view")
     if scene.render.use_sequencer and scene.sequence_editor and len(scene.sequence_editor.strips_all) > 0:
         warnings.append("the video sequencer replaces the rendered picture: switch Post Processing > Sequencer off")
-    return warnings
+    return [*warnings, *shadows.warnings(scene)]
 
 
 def versions() -> dict[str, str]:
@@ -289,7 +299,7 @@ def _crop(image: Float32, window: Window) -> Float32:
 def _passes(scene: bpy.types.Scene | None) -> dict[str, str]:
     """Names and channels of the trace scene's passes beside the picture: two always, the others if they are wanted."""
     wanted = sorted(scene.hybrid.passes) if scene else []
-    data = {name.title(): "XYZ" if name == "NORMAL" else "X" for name in wanted}
+    data = {name.title(): CHANNELS.get(name, "X") for name in wanted}
     return {"Mask": "X", "Residual": "X", **data}
 
 
@@ -301,6 +311,9 @@ def _deliver(target: bpy.types.RenderResult, frame: results.Frame, film: Film) -
     passes["Residual"].rect.foreach_set((film.residual * frame.mask).ravel())
     for name, pixels in film.passes.items():
         passes[name.title()].rect.foreach_set(pixels.ravel())
+    if "Shadow" in passes:
+        shadow = np.ones((*frame.mask.shape, 3), np.float32) if film.shadow is None else film.shadow
+        passes["Shadow"].rect.foreach_set(shadow.ravel())
 
 
 CLASSES = (HybridTracer,)

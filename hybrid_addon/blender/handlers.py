@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import images, pipeline, results
+from . import images, pipeline, results, shadows
 from .fingerprint import Fingerprint, fingerprint
 
 _undone: Fingerprint | None = None
@@ -112,6 +112,13 @@ def _before_render(scene: bpy.types.Scene, *_args: Any) -> None:
 
 
 @persistent
+def _evaluated(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """Blender calls this for each view layer that it is about to render, too."""
+    if scene.hybrid.enabled and pipeline.is_active(scene.original):
+        shadows.hand_over(scene.original, depsgraph)
+
+
+@persistent
 def _frame_begins(scene: bpy.types.Scene, *_args: Any) -> None:
     results.start(scene.name)
 
@@ -130,6 +137,7 @@ _HANDLERS: tuple[tuple[str, Callable[..., None]], ...] = (
     ("save_pre", _before_save),
     ("save_post", _after_save),
     ("save_post_fail", _after_save),
+    ("frame_change_post", _evaluated),
     ("render_init", _before_render),
     ("render_pre", _frame_begins),
     ("render_post", _frame_ends),

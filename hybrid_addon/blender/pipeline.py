@@ -86,6 +86,11 @@ def needs_raster(scene: bpy.types.Scene) -> bool:
     return False
 
 
+def traces_shadows(scene: bpy.types.Scene) -> bool:
+    """Whether the tracer, not EEVEE, draws the shadows of ray traced objects on what EEVEE draws."""
+    return bool(scene.hybrid.traced_shadows and effective_mode(scene) == "HYBRID")
+
+
 def flagged_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """The ray traced objects that the user's layer renders, each once, in the order of its collections.
 

@@ -216,6 +216,11 @@ class HybridSceneSettings(PropertyGroup):
         max=1024,
         soft_max=16,
     )
+    traced_shadows: BoolProperty(  # type: ignore[valid-type]
+        name="Traced Shadows",
+        description="Trace the shadows of ray traced objects on what EEVEE draws: glass lets light through",
+        default=False,
+    )
     light_falloff: EnumProperty(  # type: ignore[valid-type]
         name="Light Falloff",
         description="How far lights reach in the ray traced objects and in what they reflect",
@@ -232,6 +237,7 @@ class HybridSceneSettings(PropertyGroup):
             ("DEPTH", "Depth", "Distance along the view axis; 1e10 where no ray traced object is", 1),
             ("NORMAL", "Normal", "Normal in world space", 2),
             ("SAMPLES", "Samples", "Camera rays that the pixel took", 4),
+            ("SHADOW", "Shadow", "Traced shadows: what is left of the light on what EEVEE draws; 1 without them", 8),
         ),
         options={"ANIMATABLE", "ENUM_FLAG"},
         default=set(),

@@ -152,6 +152,7 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
         column.prop(settings, "cutoff")
         column.prop(settings, "time_budget")
         column.prop(settings, "shadow_samples")
+        column.prop(settings, "traced_shadows")
         column.prop(settings, "light_falloff")
         layout.column(heading="Data Passes").prop(settings, "passes", text="")
         column = layout.column(heading="Viewport")

@@ -54,6 +54,10 @@ def add(verbs: Verbs) -> None:
     )  # fmt: skip
     render.add_argument("--adaptive", type=number(0, 0.99), metavar="X", help="contrast; 0: all samples everywhere")
     render.add_argument("--shadow-samples", type=number(0, 1024, int), metavar="N", help="0: hard shadows")
+    render.add_argument(
+        "--traced-shadows", action=argparse.BooleanOptionalAction,
+        help="trace the shadows of ray traced objects on what EEVEE draws, or leave them to EEVEE",
+    )  # fmt: skip
     render.add_argument("--light-falloff", choices=("eevee", "physical"), help="default: the file's own")
     render.add_argument("--resolution", type=resolution, metavar="WxH")
     render.add_argument("--threads", type=number(0, 1024, int), metavar="N", help="0: all cores")
@@ -158,6 +162,7 @@ def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, A
         adaptive=arguments.adaptive,
         time_budget=arguments.time_budget,
         shadow_samples=arguments.shadow_samples,
+        traced_shadows=arguments.traced_shadows,
         light_falloff=arguments.light_falloff,
         resolution=arguments.resolution,
         threads=arguments.threads,
