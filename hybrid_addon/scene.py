@@ -377,6 +377,8 @@ class Settings:
     adaptive      : 0 = all samples in every pixel; else pixels stop at 4 whose samples and neighbours agree in what
                     they met and, within this contrast, in colour. What brings less than this share does not count.
     passes        : data passes that are wanted: "depth", "normal", "samples".
+    caustics      : "SIMPLE": shadows of what refracts are brighter in their middle, and darker at their rim, as if it
+                    focused light (`scattering.simple_caustic`).
     keep          : names of prunings (tracer.plan.PRUNINGS) to do without, so that tests can show that the exact ones
                     change no bit.
     """
@@ -395,6 +397,7 @@ class Settings:
     keep: frozenset[str] = frozenset()
     shadow_samples: int = 1
     raster_shadows: bool = False
+    caustics: Literal["NONE", "SIMPLE"] = "NONE"
 
 
 @dataclass(frozen=True, eq=False)

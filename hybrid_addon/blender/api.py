@@ -91,6 +91,7 @@ def render(
     time_budget: float | None = None,
     shadow_samples: int | None = None,
     traced_shadows: bool | None = None,
+    caustics: str | None = None,
     light_falloff: str | None = None,
     resolution: tuple[int, int] | None = None,
     threads: int | None = None,
@@ -117,6 +118,7 @@ def render(
         **quality(preset),
         **{name: value for name, value in values.items() if value is not None},
         "mode": mode.upper() if mode else None,
+        "caustics": caustics.upper() if caustics else None,
         "light_falloff": light_falloff.upper() if light_falloff else None,
         "threads": threads,
     }

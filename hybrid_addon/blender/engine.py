@@ -187,6 +187,7 @@ def tracer_settings(scene: bpy.types.Scene) -> Settings:
         adaptive=scene.hybrid.adaptive,
         shadow_samples=scene.hybrid.shadow_samples,
         raster_shadows=pipeline.traces_shadows(scene),
+        caustics=scene.hybrid.caustics if scene.hybrid.traced_shadows else "NONE",
         passes=frozenset(name.lower() for name in scene.hybrid.passes) - {"shadow"},
         filter_radius=scene.render.filter_size,
         see="ALL" if scene.hybrid.mode == "FULL" else "FLAGGED",
@@ -215,6 +216,7 @@ def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:
         "time_budget",
         "shadow_samples",
         "traced_shadows",
+        "caustics",
         "light_falloff",
         "threads",
     )

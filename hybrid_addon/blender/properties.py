@@ -221,6 +221,15 @@ class HybridSceneSettings(PropertyGroup):
         description="Trace the shadows of ray traced objects on what EEVEE draws: glass lets light through",
         default=False,
     )
+    caustics: EnumProperty(  # type: ignore[valid-type]
+        name="Caustics",
+        description="Light that ray traced objects focus, where their shadows are traced",
+        items=(
+            ("NONE", "None", "Light goes straight through: even shadows"),
+            ("SIMPLE", "Simple", "Brighten the middle of shadows by angle and IOR: a guess for round bodies, no rays"),
+        ),
+        default="NONE",
+    )
     light_falloff: EnumProperty(  # type: ignore[valid-type]
         name="Light Falloff",
         description="How far lights reach in the ray traced objects and in what they reflect",

@@ -153,6 +153,9 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
         column.prop(settings, "time_budget")
         column.prop(settings, "shadow_samples")
         column.prop(settings, "traced_shadows")
+        row = column.row()
+        row.active = settings.traced_shadows
+        row.prop(settings, "caustics")
         column.prop(settings, "light_falloff")
         layout.column(heading="Data Passes").prop(settings, "passes", text="")
         column = layout.column(heading="Viewport")

@@ -190,6 +190,9 @@ than the coarse pixels' footprint on a slope, less than the distance between thi
 SHARP_ROUGHNESS = 0.25
 """Above it the sharp mirror image that is traced would look wrong enough to leave a surface to the rasteriser."""
 
+SIMPLE_CAUSTIC_FROM = 0.01
+"""The simple caustic leaves out what hardly refracts: an IOR above 1 by no more (as in the original system)."""
+
 CASTER_BALLS = 8
 """Where shadows on the raster may lie is told by so many balls around what casts them; each costs time a pixel."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
-from .constants import MIN_OUTER_COSINE, OUTER_COSINE_SHARE
+from .constants import MIN_OUTER_COSINE, OUTER_COSINE_SHARE, SIMPLE_CAUSTIC_FROM
 from .vectors import Array, dot, normalize
 
 
@@ -62,6 +62,18 @@ def both_faces(fresnel: Array, tint: Array, thin: NDArray[np.bool_] | None) -> t
     if thin is None:
         return fresnel, tint
     return np.where(thin, 2 * fresnel / (1 + fresnel), fresnel), np.where(thin, tint * tint, tint)
+
+
+def simple_caustic(cos_i: Float64, ior: Float64) -> Float64:
+    """How much brighter (n,) a straight shadow ray gets at a surface that would bend it: the original system's caustic.
+
+    theta^(2^(9 r)) ior (1 + 4 r) with r = ior - 1 within 0..1 and theta the cosine of incidence (the thesis, 2.2.3). It
+    imitates round bodies: at both faces of a ball it passes, in all, k^2 / (e + 1) of the light, with k = ior (1 + 4 r)
+    and e = 2^(9 r): 108 % for IOR 1.33, 86 % for 1.5, 19 % for 2. Flat panes it makes k^2 times too bright.
+    """
+    r = np.clip(ior - 1, 0.0, 1.0)
+    brightened = cos_i ** (2 ** (9 * r)) * ior * (1 + 4 * r)
+    return np.where(r > SIMPLE_CAUSTIC_FROM, brightened, 1.0)
 
 
 def refract(wo: Float64, n: Float64, cos_i: Float64, eta: Float64) -> Float64:

@@ -17,7 +17,7 @@ from .layers import Lobes, ggx_highlight
 from .lights import CompiledLight, Illumination, angular_radius, illuminate, shadow_rays
 from .media import Stack, transmittance
 from .rays import offset_origin, origin_offset
-from .scattering import both_faces, fresnel_dielectric, mirrored, phong, schlick
+from .scattering import both_faces, fresnel_dielectric, mirrored, phong, schlick, simple_caustic
 from .tally import Tally
 from .varying import resolve_crossings
 from .vectors import Array, Index, count, dot, normalize, select, take
@@ -220,9 +220,14 @@ def _transmittance(
                 geometry, table, prim.astype(np.intp), at, toward < 0, -normal * np.sign(toward), d
             )
         fresnel, tint = fresnel_dielectric(np.abs(toward), table.ior.take(surface)), table.tint.take(surface, axis=1)
-        fresnel, tint = both_faces(fresnel, tint, scene.media.is_thin(prim.astype(np.intp)))
+        thin = scene.media.is_thin(prim.astype(np.intp))
+        fresnel, tint = both_faces(fresnel, tint, thin)
+        share = table.interface.take(surface) * (1 - fresnel)
+        if scene.settings.caustics == "SIMPLE":
+            focused = simple_caustic(np.abs(toward), table.ior.take(surface))
+            share = share * (focused if thin is None else np.where(thin, 1.0, focused))
         passed = result.take(active, axis=1)
-        passed *= (tint * (table.interface.take(surface) * (1 - fresnel))).astype(np.float32)
+        passed *= (tint * share).astype(np.float32)
         for row, values in zip(result, passed, strict=True):
             row[active] = values
         if media is not None:

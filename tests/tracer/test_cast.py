@@ -150,3 +150,31 @@ def test_a_budget_takes_fewer_samples_but_all_pixels(build, floor):
     scene = scene_of(build, floor, ball)
     shadow = trace(scene, replace(SETTINGS, samples=64), deadline=0.0).shadow
     assert (shadow == 0).any()
+
+
+@pytest.mark.parametrize("ior", [1.33, 1.5])
+def test_the_simple_caustic_is_the_original_systems(build, floor, ior):
+    """Along a ray that meets both faces of a ball at one angle: its formula, twice; in all about the ball's light."""
+    ball = Sphere("ball", (0, 0, 6), 1, 1, ray_traced=True)
+    sun = SunLight("sun", (0.6, 0, 0.8), (1, 1, 1))
+    scene = scene_of(build, floor, spheres=(ball,), surfaces=(floor[1], build.glass(ior)), lights=(sun,))
+    film = trace(scene, replace(SETTINGS, caustics="SIMPLE"))
+    x, y = places()
+    middle, along = np.array([-4.5, 0, 0]), np.array([0.6, 0, 0.8])
+    away = np.array([x - middle[0], y, np.zeros_like(x)])
+    d2 = (away**2).sum(axis=0) - (away[0] * along[0]) ** 2
+    cosine = np.sqrt(np.maximum(1 - d2, 0))
+    r = ior - 1
+    once = cosine ** (2 ** (9 * r)) * ior * (1 + 4 * r) * (1 - fresnel_dielectric(cosine, np.full_like(x, ior)))
+    inside = d2 < 0.95
+    np.testing.assert_allclose(film.shadow[inside][:, 0], once[inside] ** 2, rtol=1e-3, atol=1e-4)
+    assert np.count_nonzero(inside) > 50
+    passed = film.shadow[d2 < 1].mean()
+    assert passed == pytest.approx((ior * (1 + 4 * r)) ** 2 / (2 ** (9 * r) + 1), rel=0.15)
+
+
+def test_a_thin_wall_focuses_nothing(build, floor):
+    pane = (build.quad([(1, -1, 3), (3, -1, 3), (3, 1, 3), (1, 1, 3)]), build.glass(1.5, thin=True))
+    scene = scene_of(build, floor, pane)
+    plain, simple = (trace(scene, replace(SETTINGS, caustics=c)).shadow for c in ("NONE", "SIMPLE"))
+    np.testing.assert_array_equal(plain, simple)

@@ -58,6 +58,7 @@ def add(verbs: Verbs) -> None:
         "--traced-shadows", action=argparse.BooleanOptionalAction,
         help="trace the shadows of ray traced objects on what EEVEE draws, or leave them to EEVEE",
     )  # fmt: skip
+    render.add_argument("--caustics", choices=("none", "simple"), help="of traced shadows; default: the file's own")
     render.add_argument("--light-falloff", choices=("eevee", "physical"), help="default: the file's own")
     render.add_argument("--resolution", type=resolution, metavar="WxH")
     render.add_argument("--threads", type=number(0, 1024, int), metavar="N", help="0: all cores")
@@ -163,6 +164,7 @@ def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, A
         time_budget=arguments.time_budget,
         shadow_samples=arguments.shadow_samples,
         traced_shadows=arguments.traced_shadows,
+        caustics=arguments.caustics,
         light_falloff=arguments.light_falloff,
         resolution=arguments.resolution,
         threads=arguments.threads,
