@@ -127,6 +127,7 @@ class Surface:
     absorption         : RGB, 1/m, >= 0: light that goes d metres through the solid keeps exp(-absorption d) of itself
                          (Beer-Lambert). Only closed bodies that transmit have an inside; where some overlap, the
                          smallest one's counts, as with ior.
+    approximate        : the translator could not follow all that it is made of: what the raster shows of it is nearer.
     """
 
     name: str = ""
@@ -155,6 +156,7 @@ class Surface:
     sheen_roughness: Number = 0.5
     sheen_tint: Color = WHITE
     absorption: RGB = BLACK
+    approximate: bool = False
 
 
 # ------------------------------------------------------------------------------------------------ geometry
@@ -376,9 +378,11 @@ class Settings:
     shadow_samples : rays to each light that has a size, for each hit, spread over the light; 0 = hard shadows.
     adaptive      : 0 = all samples in every pixel; else pixels stop at 4 whose samples and neighbours agree in what
                     they met and, within this contrast, in colour. What brings less than this share does not count.
-    passes        : data passes that are wanted: "depth", "normal", "samples".
     caustics      : "SIMPLE": shadows of what refracts are brighter in their middle, and darker at their rim, as if it
                     focused light (`scattering.simple_caustic`).
+    passes        : passes that are wanted: "depth", "normal", "samples"; "reflection" and "refraction", the light that
+                    came by way of such a ray from the first surface; "raster_backed", the share of the light's way that
+                    ended at raster-backed hits.
     keep          : names of prunings (tracer.plan.PRUNINGS) to do without, so that tests can show that the exact ones
                     change no bit.
     """
@@ -414,9 +418,11 @@ class Film:
     plan       : every pruning and whether it applied: [{"name", "class", "leaves_out", "when", "applies"}].
     sampling   : samples_mean, samples_max; rmse, the error to expect of them (None: unknown), and the slope that it
                  falls with; audit, of the pixels that adaptive sampling left alone.
-    passes     : the data passes that were asked for, by name: (height, width) or (height, width, 3) float32.
     shadow     : (height, width, 3) float32, the light that the shadows of flagged objects leave over on all that is not
                  flagged, as a share of the light without them; exactly 1 where they take nothing. None: not worked out.
+    passes     : the passes that were asked for, by name: (height, width) or (height, width, 3) float32. Those of
+                 light are means as radiance is.
+    hits       : of secondary rays: "backed" by the raster, or "not_backed"; 0 both where nothing could be.
     """
 
     radiance: Float32
@@ -430,3 +436,4 @@ class Film:
     plan: list[dict[str, object]] = field(default_factory=list)
     passes: dict[str, Float32] = field(default_factory=dict)
     shadow: Float32 | None = None
+    hits: dict[str, int] = field(default_factory=dict)

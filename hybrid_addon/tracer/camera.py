@@ -48,6 +48,21 @@ def generate_rays(
     return origin, unit, (clip_end - start).astype(np.float32)
 
 
+def project(camera: Camera, point: Float64) -> tuple[Float64, Float64, Float64]:
+    """World points (3, n) to film positions x, y (n,) in pixels, and their depth: the inverse of `generate_rays`."""
+    local = np.linalg.inv(np.asarray(camera.matrix_world, np.float64))
+    position = [
+        local[i, 0] * point[0] + local[i, 1] * point[1] + local[i, 2] * point[2] + local[i, 3] for i in range(3)
+    ]
+    depth = -position[2]
+    left, right, bottom, top = camera.view_plane
+    with np.errstate(all="ignore"):
+        scale = 1 / np.where(depth > 0, depth, np.inf) if camera.projection == "PERSP" else np.ones_like(depth)
+    x = (position[0] * scale - left) / (right - left) * camera.resolution[0]
+    y = (position[1] * scale - bottom) / (top - bottom) * camera.resolution[1]
+    return x, y, depth
+
+
 def _is_wide(camera: Camera) -> bool:
     left, right, bottom, top = camera.view_plane
     tangent2 = max(left * left, right * right) + max(bottom * bottom, top * top)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Camera, Scene, Settings
+from .backing import Backing, backable
 from .plan import Plan, prepare
 from .primitives import PrimitiveSet
 
@@ -21,6 +22,7 @@ class CompiledScene:
     geometry, media, surfaces, world, lights, plan : see their modules; `lights` holds those that can light anything.
     seen_by_camera, seen_by_secondary : what camera rays and all later rays can hit.
     shadow_opaque, shadow_tinted      : blockers that end a shadow ray, and those that tint it.
+    backing : what raster-backed hits are looked up in, or None.
     """
 
     def __init__(self, scene: Scene, settings: Settings) -> None:
@@ -36,6 +38,7 @@ class CompiledScene:
         self._sets: dict[bytes, PrimitiveSet] = {}
         self._lock = threading.Lock()
         self._make_sets()
+        self.backing = self._backing(scene) if self.plan.backing else None
 
     def _make_sets(self) -> None:
         g = self.geometry
@@ -55,6 +58,16 @@ class CompiledScene:
             clear = clear & (self.media.rank == self.media.count)  # even a clear solid displaces one that absorbs
         self.shadow_opaque = self._set(casts & opaque)
         self.shadow_tinted = self._set(casts & ~opaque & ~clear)
+
+    def _backing(self, scene: Scene) -> Backing | None:
+        """What raster-backed hits are looked up in."""
+        if scene.raster is None:
+            return None
+        g = self.geometry
+        veils = g.camera & ~g.ray_traced & self.surfaces.transmits[g.surface]
+        return Backing(
+            scene.camera, scene.raster, self.settings.filter_radius, g, backable(g, self.surfaces), self._set(veils)
+        )
 
     def _set(self, members: NDArray[np.bool_]) -> PrimitiveSet:
         """A primitive set, built once however many kinds of ray share it."""
@@ -76,6 +89,7 @@ class CompiledScene:
         other.seen_by_camera = self._set(g.camera & ~g.ray_traced)
         secondary = g.secondary & ~g.ray_traced
         other.seen_by_secondary = self._set(secondary if self.plan.secondary else np.zeros_like(secondary))
+        other.backing = None  # the raster is what is being worked out
         if not shadowed:
             other._make_shadow_sets(g.shadow & ~g.ray_traced)
         return other

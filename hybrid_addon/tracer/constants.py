@@ -196,5 +196,23 @@ SIMPLE_CAUSTIC_FROM = 0.01
 CASTER_BALLS = 8
 """Where shadows on the raster may lie is told by so many balls around what casts them; each costs time a pixel."""
 
+MATTE_HIGHLIGHT = 0.02
+"""A surface looks the same from all sides if its highlight's peak adds no more than this to a white diffuser under the
+same light: F0 / (4 alpha^2), the GGX lobe at its centre. A plastic (F0 0.04) is matte from roughness 0.84."""
+
+BACKED_DEPTH = 1.0e-3
+"""A hit is what the raster shows if their depths agree to this share, after the surface's slope: far more than a depth
+buffer rounds, far less than things that hide one another are apart."""
+
+BACKED_OFFSET = 0.5
+"""EEVEE's depth is that of one place in each pixel, so far from its centre at most, in pixels across and up."""
+
+BACKED_SLOPE = 0.05
+"""A surface whose depth changes by more than this share over BACKED_OFFSET is too oblique for the raster to show."""
+
+FILTER_SPILL = 1.0
+"""The pixel filter carries colour over an edge to pixels nearer than its radius less this, in pixels, but to those that
+touch it in any case."""
+
 NO_DEPTH = 1e10
 """In a depth pass: nothing there. What EEVEE and Cycles write."""

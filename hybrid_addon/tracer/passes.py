@@ -25,7 +25,7 @@ from .primitives import PrimitiveSet
 from .rays import camera_rays
 from .sampler import Sampler, pixel_keys
 from .signature import Signatures, identities
-from .sums import Sums
+from .sums import BRANCHES, Sums, wanted_parts
 from .tally import Tally
 from .totals import Totals
 from .whitted import trace_rays
@@ -167,9 +167,11 @@ class Passes:
             sampler = None
             if self.scene.plan.soft_shadows:
                 sampler = Sampler(pixel_keys(x, y, self.settings.seed), work.first, work.count)
-            rays = camera_rays(origin, direction, t_max, np.arange(n), media, work.signed or sampler is not None)
+            parts = wanted_parts(self.settings)
+            signed, branched = work.signed or sampler is not None, not BRANCHES.keys().isdisjoint(parts)
+            rays = camera_rays(origin, direction, t_max, np.arange(n), media, signed, branched)
             tally.add("camera", n)
-            sums = Sums.zeros(len(pixels), work.count, self.settings.cutoff, work.groups)
+            sums = Sums.zeros(len(pixels), work.count, self.settings.cutoff, work.groups, parts)
             if work.signed and self.identity is not None:
                 importance = np.float32(self.settings.adaptive)
                 sums.signatures = Signatures(np.zeros(n, np.uint32), self.identity, importance)

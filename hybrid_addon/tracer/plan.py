@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import RGB, Scene, Settings, Texture, World
+from .backing import backable
 from .geometry import Geometry, flatten
 from .lights import CompiledLight, compile_lights
 from .media import Media
@@ -66,6 +67,7 @@ PRUNINGS = (
     Pruning("media", "exact if", "the stack of media around each ray", "no closed body transmits"),
     Pruning("absorption", "exact if", "absorption on the way of rays", "no closed body absorbs"),
     Pruning("raster-shadows", "exact if", "shadows on the raster", "no flagged object can cast one"),
+    Pruning("backing", "exact if", "look-ups in the raster", "no raster, or rays reach nothing matte that it shows"),
     Pruning("cutoff", "bounded", "rays that bring little", "Cutoff is above 0: no sample loses more than that"),
     Pruning("adaptive", "heuristic", "samples", "Adaptive is above 0: the pixel's first samples and neighbours agree"),
 )
@@ -86,6 +88,7 @@ class Plan:
                 do.
     soft_shadows : shadow rays may go to points spread over their lights.
     raster_shadows : work out the shadows of flagged objects on all others.
+    backing   : secondary rays may meet what the raster shows.
     applies   : pruning -> whether it is made.   skipped : what was left out: {"what", "why", "count"}.
     """
 
@@ -103,6 +106,7 @@ class Plan:
     world: bool
     soft_shadows: bool
     raster_shadows: bool
+    backing: bool
     applies: dict[str, bool] = field(default_factory=dict)
     skipped: Skipped = field(default_factory=list)
 
@@ -175,7 +179,7 @@ def prepare(scene: Scene, settings: Settings) -> Prepared:
     if geometry.normals is None and not notes.spare("normals", True, why, geometry.triangle_count):
         geometry = replace(geometry, normals=np.zeros((geometry.triangle_count, 9), np.float32))
     lights = compile_lights(scene.lights, geometry.center)
-    plan, lights = make_plan(geometry, surfaces, world, lights, settings, notes)
+    plan, lights = make_plan(geometry, surfaces, world, lights, settings, notes, scene.raster is not None)
     return Prepared(geometry, media, surfaces, world, lights, plan)
 
 
@@ -209,8 +213,9 @@ def make_plan(
     lights: Sequence[CompiledLight],
     settings: Settings,
     notes: _Notes,
+    raster: bool,
 ) -> tuple[Plan, list[CompiledLight]]:
-    """Find out what the reachable surfaces need, and which lights can light any of them."""
+    """Find out what the reachable surfaces need, and which lights can light any of them. raster: there is one."""
     reachable = reachable_surfaces(geometry, table, settings)
     n, spare = int(np.count_nonzero(reachable)), notes.spare
 
@@ -242,6 +247,7 @@ def make_plan(
     if settings.raster_shadows:
         why = "no flagged object can cast one"
         raster_shadows = not spare("raster-shadows", not (shadows and casters.any()), why) and raster_shadows
+    backed = not spare("backing", not raster or not (secondary and backable(geometry, table).any())) and raster
     spare("cutoff", settings.cutoff > 0)
     spare("adaptive", settings.adaptive > 0)
     plan = Plan(
@@ -259,6 +265,7 @@ def make_plan(
         world=escapes,
         soft_shadows=soft,
         raster_shadows=raster_shadows,
+        backing=backed,
         applies=notes.applies,
         skipped=notes.skipped,
     )

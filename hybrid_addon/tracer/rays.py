@@ -11,6 +11,8 @@ from ..scene import Float32, Float64
 from .constants import ORIGIN_OFFSET
 from .vectors import Array, Index, largest_component, take
 
+NO_BRANCH, REFLECTION, REFRACTION = np.uint8(0), np.uint8(1), np.uint8(2)
+
 
 @dataclass(eq=False)
 class Rays:
@@ -27,6 +29,8 @@ class Rays:
     path              : (rows, n) uint32, which reflections and refractions led here (see `signature`, `sampler`), or no
                         rows.
     camera            : (n,) bool, still a camera ray: it has at most passed straight through surfaces.
+    branch            : (rows, n) uint8, how it left the first surface: NO_BRANCH for camera rays, REFLECTION or
+                        REFRACTION (straight through included); or no rows.
     """
 
     origin: Float32
@@ -39,6 +43,7 @@ class Rays:
     media: NDArray[np.int32]
     camera: NDArray[np.bool_]
     path: NDArray[np.uint32]
+    branch: NDArray[np.uint8]
 
     def __len__(self) -> int:
         return self.origin.shape[1]
@@ -50,7 +55,9 @@ class Rays:
         return Rays(*(take(getattr(self, name), index) for name in FIELDS))
 
 
-FIELDS = ("origin", "direction", "throughput", "sample", "depth", "passes", "t_max", "media", "camera", "path")
+FIELDS = (
+    "origin", "direction", "throughput", "sample", "depth", "passes", "t_max", "media", "camera", "path", "branch",
+)  # fmt: skip
 
 
 def concatenate(waves: list[Rays]) -> Rays:
@@ -68,14 +75,16 @@ def camera_rays(
     sample: NDArray[np.intp],
     media: NDArray[np.int32] | None = None,
     signed: bool = False,
+    branched: bool = False,
 ) -> Rays:
-    """The first wave. signed: paths are asked for."""
+    """The first wave. signed, branched: paths and branches are asked for."""
     n = origin.shape[1]
     path = np.zeros((int(signed), n), np.uint32)
     media = np.zeros((0, n), np.int32) if media is None else media
     none = np.zeros(n, np.int16)
+    branch = np.full((int(branched), n), NO_BRANCH)
     return Rays(
-        origin, direction, np.ones((3, n), np.float32), sample, none, none, t_max, media, np.ones(n, bool), path
+        origin, direction, np.ones((3, n), np.float32), sample, none, none, t_max, media, np.ones(n, bool), path, branch
     )
 
 

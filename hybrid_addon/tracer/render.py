@@ -16,6 +16,7 @@ from .data import depth_and_normal
 from .film import fill_from_neighbours
 from .passes import Cancelled, Pass, Passes, Pixels, Progress
 from .schedule import END, Schedule, is_adaptive
+from .sums import wanted_parts
 from .tally import Tally
 from .totals import Totals
 from .validate import validate
@@ -92,7 +93,7 @@ class _Frame:
         self.must_fill = self.mask is not None and self.settings.see == "FLAGGED"
         self.passes = Passes(self.scene, progress)
         self.tally = self.passes.tally
-        self.total = Totals.zeros(n, is_adaptive(scene))
+        self.total = Totals.zeros(n, is_adaptive(scene), wanted_parts(self.settings))
         self.schedule = Schedule(scene, self.passes, self.total, self.pixels, self.mask, deadline)
         self.skipped = list(self.scene.plan.skipped)
         self.shadow: Float32 | None = None
@@ -104,6 +105,8 @@ class _Frame:
         began = time.perf_counter()
         if self.settings.raster_shadows:
             self.shadow = self._raster_shadow()
+            if self.scene.backing is not None:
+                self.scene.backing.shade(self.shadow)
         self.schedule.run()
         for skipped in self.schedule.skipped:
             self._skip(*skipped)
@@ -171,12 +174,18 @@ class _Frame:
         picture, coverage, residual = radiance.reshape(*shape, 3), coverage.reshape(shape), residual.reshape(shape)
         wanted = np.zeros(n, bool)
         wanted[self.pixels] = True
+        parts = {name: self._picture(self.total.mean_part(name)) for name in self.total.parts}
         images = (picture, residual) if self.must_fill else (picture, residual, coverage)
-        filled = fill_from_neighbours(images, known.reshape(shape), wanted.reshape(shape))
+        filled = fill_from_neighbours((*images, *parts.values()), known.reshape(shape), wanted.reshape(shape))
         self._skip("pixels without a sample", "copied from the nearest traced pixel", filled)
-        return self._film(picture, coverage, residual)
+        return self._film(picture, coverage, residual, parts)
 
-    def _film(self, radiance: Float32, coverage: Float32, residual: Float32) -> Film:
+    def _picture(self, rows: Float32) -> Float32:
+        """(channels, n) as (h, w, 3), or (h, w) where there is one channel."""
+        picture = np.ascontiguousarray(rows.T).reshape(self.height, self.width, -1)
+        return picture[..., 0] if len(rows) == 1 else picture
+
+    def _film(self, radiance: Float32, coverage: Float32, residual: Float32, parts: dict[str, Float32]) -> Film:
         counts = self.tally.counts
         self._skip("triangles", "degenerate or not finite", self.scene.geometry.dropped)
         self._skip("triangles", "large ones next to small flagged objects, split", self.scene.geometry.split)
@@ -200,15 +209,16 @@ class _Frame:
             skipped=self.skipped,
             plan=self.scene.plan.table(),
             sampling=self.schedule.sampling,
-            passes=self._data_passes(),
             shadow=self.shadow,
+            passes=self._passes(parts),
+            hits={name: counts[name] for name in ("backed", "not_backed")},
         )
 
-    def _data_passes(self) -> dict[str, Float32]:
-        """The data passes that are wanted; the others cost nothing."""
-        wanted, found = self.settings.passes, dict[str, Float32]()
+    def _passes(self, parts: dict[str, Float32]) -> dict[str, Float32]:
+        """The passes that are wanted, light passes among them; the others cost nothing."""
+        wanted, found = self.settings.passes, dict(parts)
         if wanted & {"depth", "normal"}:
-            found = depth_and_normal(self.scene, self.pixels, self.tally)
+            found |= depth_and_normal(self.scene, self.pixels, self.tally)
         if "samples" in wanted:
             found["samples"] = self.total.samples.reshape(self.height, self.width).astype(np.float32)
         return {name: found[name] for name in sorted(wanted)}

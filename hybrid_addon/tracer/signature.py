@@ -22,6 +22,7 @@ UInt32 = NDArray[np.uint32]
 REFLECTED, TRANSMITTED = np.uint32(0x9E3779B9), np.uint32(0x7F4A7C15)
 ESCAPED = np.uint32(0x85EBCA6B)
 INSIDE = np.uint32(0xC2B2AE35)
+BACKED = np.uint32(0x27D4EB2F)
 
 NORMAL_STEPS = 64.0
 """Flat faces of one object are told apart by their normals, in steps of 1 / 64."""
@@ -49,6 +50,10 @@ class Signatures:
     def add_escaped(self, rays: Rays) -> None:
         """Note rays that left the scene."""
         self._add(rays, np.full(len(rays), ESCAPED, np.uint32))
+
+    def add_backed(self, rays: Rays, prim: NDArray[np.intp], entering: NDArray[np.bool_]) -> None:
+        """Note what rays (n,) hit whose light the raster gives."""
+        self.add_hits(rays, prim, entering, np.full(len(rays), BACKED, np.uint32))
 
     def _add(self, rays: Rays, node: UInt32) -> None:
         counts = np.flatnonzero(largest_component(rays.throughput) >= self.importance)

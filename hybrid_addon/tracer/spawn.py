@@ -11,7 +11,7 @@ from ..scene import Float32, Float64
 from .compiled import CompiledScene
 from .constants import MAX_STRAIGHT_PASSES
 from .interaction import Interaction
-from .rays import Rays
+from .rays import NO_BRANCH, REFLECTION, REFRACTION, Rays
 from .scattering import both_faces, fresnel_dielectric, keep_outside, reflect, refract
 from .signature import REFLECTED, TRANSMITTED, child_path
 from .sums import Sums
@@ -139,7 +139,14 @@ def _child(
         media=take(rays.media, index),
         camera=np.zeros(n, bool),
         path=child_path(take(rays.path, index), kind),
+        branch=_child_branch(take(rays.branch, index), kind),
     )
+
+
+def _child_branch(branch: NDArray[np.uint8], kind: np.uint32) -> NDArray[np.uint8]:
+    """Branches (rows, n) of new rays: the first surface decides."""
+    new = REFLECTION if kind == REFLECTED else REFRACTION
+    return np.where(branch == NO_BRANCH, new, branch)
 
 
 def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, tally: Tally) -> Rays:

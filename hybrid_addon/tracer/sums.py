@@ -6,17 +6,29 @@ largest. So a pixel may take its samples in one pass or in several, in one group
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Float32, Float64
+from ..scene import Float32, Float64, Settings
 from .constants import BUDGET_BITS, BUDGET_UNIT
+from .rays import REFLECTION, REFRACTION
 from .signature import Signatures
 from .vectors import largest_component
 
 Numbers = NDArray[np.intp]
+
+LIGHT_PASSES = {"reflection": 3, "refraction": 3, "raster_backed": 1}
+"""Passes that add up with the picture, and their channels."""
+
+BRANCHES = {"reflection": REFLECTION, "refraction": REFRACTION}
+
+
+def wanted_parts(settings: Settings) -> list[str]:
+    """The light passes that are wanted."""
+    return sorted(LIGHT_PASSES.keys() & settings.passes)
 
 
 @dataclass(eq=False)
@@ -27,6 +39,9 @@ class Sums:
 
     radiance : (3, g)   seen : (g,) samples that count   residual : (g,) throughput that was cut off
     signatures : of the samples' ray trees, or None where nobody asks (see `signature`).
+    parts    : the light passes that are wanted, by name: "reflection" and "refraction" (3, g), the radiance that came
+               by way of such a ray from the first surface; "raster_backed" (1, g), the throughput that ended at
+               raster-backed hits.
     limit    : throughput, in units of BUDGET_UNIT, that each sample may lose to the cutoff; 0: none.
     allowed  : how much of it each sample may have lost by now (see `begin_wave`).
     spent    : (m count,) int64, throughput that each sample has lost so far, in the same units; (0,) without a limit.
@@ -41,10 +56,11 @@ class Sums:
     spent: NDArray[np.int64] | None = None
     groups: int = 1
     signatures: Signatures | None = None
+    parts: dict[str, Float64] = field(default_factory=dict)
 
     @classmethod
-    def zeros(cls, m: int, count: int = 1, cutoff: float = 0.0, groups: int = 1) -> Sums:
-        """Nothing yet. cutoff: throughput that each sample may lose."""
+    def zeros(cls, m: int, count: int = 1, cutoff: float = 0.0, groups: int = 1, parts: Iterable[str] = ()) -> Sums:
+        """Nothing yet. cutoff: throughput that each sample may lose. parts: light passes that are wanted."""
         limit = int(cutoff / BUDGET_UNIT)
         return cls(
             np.zeros((3, m * groups)),
@@ -55,6 +71,7 @@ class Sums:
             limit,
             np.zeros(m * count, np.int64) if limit else None,
             groups,
+            parts={name: np.zeros((LIGHT_PASSES[name], m * groups)) for name in parts},
         )
 
     def begin_wave(self, number: int, max_depth: int) -> None:
@@ -65,12 +82,28 @@ class Sums:
         """
         self.allowed = self.limit * min(number + 1, max_depth + 1) // (max_depth + 1)
 
-    def add_radiance(self, sample: Numbers, contribution: Float32) -> None:
-        """Add (3, n) to the groups of samples (n,); bincount adds one after the other, in the order of the arrays."""
+    def add_radiance(self, sample: Numbers, contribution: Float32, branch: NDArray[np.uint8] | None = None) -> None:
+        """Add (3, n) to the groups of samples (n,); bincount adds one after the other, in the order of the arrays.
+
+        branch : (rows, n) of the rays (see `Rays`); no rows, or None: no light pass asks.
+        """
         group = self._group(sample)
-        for channel in range(3):
-            weights = np.broadcast_to(contribution[channel], group.shape)
-            self.radiance[channel] += np.bincount(group, weights, minlength=len(self.seen))
+        self._add(self.radiance, group, contribution)
+        if branch is None or len(branch) == 0:
+            return
+        for name, number in BRANCHES.items():
+            if name in self.parts:
+                members = np.flatnonzero(branch[0] == number)
+                self._add(self.parts[name], group[members], contribution[:, members])
+
+    def add_backed(self, sample: Numbers, throughput: Float32) -> None:
+        """Note throughput (3, n) that raster-backed hits ended: its largest channel."""
+        if "raster_backed" in self.parts:
+            self._add(self.parts["raster_backed"], self._group(sample), largest_component(throughput)[None])
+
+    def _add(self, to: Float64, group: Numbers, values: Float32) -> None:
+        for channel, row in zip(to, values, strict=True):
+            channel += np.bincount(group, np.broadcast_to(row, group.shape), minlength=len(self.seen))
 
     def add_residual(self, sample: Numbers, throughput: Float32) -> None:
         """Note throughput (3, n) that was cut off: its largest channel, so that L_max times it bounds the error."""

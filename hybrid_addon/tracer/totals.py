@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .constants import HALVES_TO_ERROR, SAMPLING_SLOPE
-from .sums import Sums
+from .sums import LIGHT_PASSES, Sums
 
 Bools = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
@@ -24,6 +25,7 @@ class Totals:
     variance : (n,) float32, estimate of the squared error of the mean, over the channels; NaN where unknown.
     signature, uneven, low, high : of the samples of signed passes, where adaptive sampling asks: the signature (n,) of
                the first, whether others differ from it (n,), and the extremes (3, n) float32 of those that count.
+    parts    : light passes, by name: (channels, n) float64 (see `Sums.parts`).
     """
 
     radiance: Float64
@@ -35,10 +37,11 @@ class Totals:
     uneven: Bools | None
     low: Float32 | None
     high: Float32 | None
+    parts: dict[str, Float64] = field(default_factory=dict)
 
     @classmethod
-    def zeros(cls, n: int, signed: bool) -> Totals:
-        """Nothing yet. signed: room for what adaptive sampling asks."""
+    def zeros(cls, n: int, signed: bool, parts: Iterable[str] = ()) -> Totals:
+        """Nothing yet. signed: room for what adaptive sampling asks. parts: light passes that are wanted."""
         return cls(
             np.zeros((3, n)),
             np.zeros(n),
@@ -49,6 +52,7 @@ class Totals:
             np.zeros(n, bool) if signed else None,
             np.full((3, n), np.inf, np.float32) if signed else None,
             np.zeros((3, n), np.float32) if signed else None,
+            {name: np.zeros((LIGHT_PASSES[name], n)) for name in parts},
         )
 
     def add(self, pixels: Pixels, sums: Sums) -> None:
@@ -62,6 +66,8 @@ class Totals:
         self.seen[pixels] += _sum(seen)
         self.residual[pixels] += _sum(sums.residual.reshape(m, g))
         self.samples[pixels] += sums.count
+        for name, part in sums.parts.items():
+            self.parts[name][:, pixels] += _sum(part.reshape(len(part), m, g))
 
     def _estimate(self, pixels: Pixels, radiance: Float64, seen: Float64, count: int) -> None:
         """Estimate the variance from the two halves of a pass, or from it and an equal number of samples before it."""
@@ -104,6 +110,10 @@ class Totals:
     def mean_residual(self, pixels: Pixels | slice = slice(None)) -> Float32:
         """(m,) throughput that was cut off, in the same mean."""
         return self._over_seen(self.residual, pixels)
+
+    def mean_part(self, name: str) -> Float32:
+        """(channels, n) of a light pass, in the same mean; 0 where it is not finite."""
+        return np.nan_to_num(self._over_seen(self.parts[name], slice(None)), nan=0.0, posinf=0.0, neginf=0.0)
 
     def _over_seen(self, sums: Float64, pixels: Pixels | slice) -> Float32:
         seen = self.seen[pixels]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .accel import traceable
+from .backing import Backing
 from .compiled import CompiledScene
 from .constants import MISS
 from .interaction import Interaction, interact
@@ -61,6 +62,10 @@ def trace_rays(
 
         # Let escaped rays see the world.
         add_escaped(scene, rays, select(~hit), sums, tally)
+
+        # What the raster shows is lit already: it ends its rays.
+        if scene.backing is not None:
+            hit = add_backed(scene.backing, rays, hits, hit, sums, tally)
 
         # Recompute the hits from the exact geometry.
         chosen = select(hit)
@@ -151,7 +156,24 @@ def add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums, ta
         gone = gone.take(select(~gone.camera))
     scene.media.count_lost(gone.media[:, ~gone.camera], tally)
     if len(gone) and scene.plan.world:
-        sums.add_radiance(gone.sample, gone.throughput * scene.world.radiance(gone.direction))
+        sums.add_radiance(gone.sample, gone.throughput * scene.world.radiance(gone.direction), gone.branch)
+
+
+def add_backed(
+    backing: Backing, rays: Rays, hits: Hits, hit: NDArray[np.bool_], sums: Sums, tally: Tally
+) -> NDArray[np.bool_]:
+    """Add the raster's own light where rays meet what it shows. Returns the hits (n,) that are left to shade."""
+    index, radiance = backing.look_up(rays, hits, hit, tally)
+    if len(index) == 0:
+        return hit
+    found = rays.take(index)
+    sums.add_radiance(found.sample, found.throughput * radiance, found.branch)
+    sums.add_backed(found.sample, found.throughput)
+    if sums.signatures is not None:
+        sums.signatures.add_backed(found, hits.prim[index].astype(np.intp), hits.toward[index] < 0)
+    left = hit.copy()
+    left[index] = False
+    return left
 
 
 def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tally: Tally) -> None:
@@ -161,12 +183,14 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tal
         glowing = select(table.emits.take(at.surface))
         if count(glowing, len(rays)):
             emission = table.emission.take(take(at.surface, glowing), axis=1)
-            sums.add_radiance(take(rays.sample, glowing), take(rays.throughput, glowing) * emission)
+            radiance = take(rays.throughput, glowing) * emission
+            sums.add_radiance(take(rays.sample, glowing), radiance, take(rays.branch, glowing))
     if scene.plan.local:
         shaded = select(table.shades_locally.take(at.surface))
         if count(shaded, len(rays)):
             seen = at.take(shaded)
             weight = take(rays.throughput, shaded) * table.local.take(seen.surface)
-            sums.add_radiance(take(rays.sample, shaded), weight * local_radiance(scene, seen, tally))
+            radiance = weight * local_radiance(scene, seen, tally)
+            sums.add_radiance(take(rays.sample, shaded), radiance, take(rays.branch, shaded))
             if at.lit is not None and seen.lit is not None:
                 at.lit[shaded] = seen.lit

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hybrid_addon.scene import Settings, World
-from hybrid_addon.tracer.camera import generate_rays
-from hybrid_addon.tracer.survey import KINDS, project, survey
+from hybrid_addon.tracer.camera import generate_rays, project
+from hybrid_addon.tracer.survey import KINDS, survey
 
 SETTINGS = Settings(samples=16, max_depth=8, cutoff=1 / 255)
 ROUGH = 0.75

@@ -1,0 +1,182 @@
+"""Raster-backed hits: where a secondary ray meets what the raster shows, its light is the raster's own pixel.
+
+So reflections show procedural textures, EEVEE's own light, everything that it draws and the tracer does not. A hit is
+backed if
+
+* its surface is not flagged, and looks the same from all sides: nothing mirrored or transmitted, no coat, no sheen, no
+  highlight beyond MATTE_HIGHLIGHT; or the translator could not follow its material: then the raster is always nearer;
+* its point lies inside the picture, on the side of the surface that the camera sees;
+* all four pixels around it are whole (nothing held out near, no step in depth near, see `Backing`), and have the depth
+  of the hit's own plane there: so that grazing floors work, and edges never mix.
+* nothing that the depth pass leaves out (blended materials) is before it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Camera, Expression, Float32, Float64, Raster, Surface
+from .camera import project
+from .constants import (
+    BACKED_DEPTH,
+    BACKED_OFFSET,
+    BACKED_SLOPE,
+    FILTER_SPILL,
+    MATTE_HIGHLIGHT,
+    MIN_ROUGHNESS,
+    NO_DEPTH,
+)
+from .geometry import Geometry
+from .primitives import Hits, PrimitiveSet
+from .rays import Rays, offset_origin, origin_offset
+from .surfaces import SurfaceTable
+from .tally import Tally
+from .vectors import Array, dot, normalize
+
+Bools = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
+
+
+def is_matte(surface: Surface) -> bool:
+    """Whether its highlights are too weak to move with the eye. What varies is taken at its most glossy."""
+    layers = (surface.coat, surface.sheen)
+    if any(isinstance(layer, Expression) or layer > 0 for layer in layers):
+        return False
+    f0 = 1.0 if isinstance(surface.specular, Expression) else max(surface.specular)
+    roughness = 0.0 if isinstance(surface.roughness, Expression) else surface.roughness
+    alpha = max(roughness, MIN_ROUGHNESS) ** 2
+    return f0 / (4 * alpha * alpha) <= MATTE_HIGHLIGHT
+
+
+def backable(geometry: Geometry, table: SurfaceTable) -> Bools:
+    """(np,) bool: primitives that secondary rays meet and whose light the raster may know."""
+    matte = np.array([is_matte(s) for s in table.surfaces]) & ~table.reflects & ~table.transmits
+    known = matte | np.array([s.approximate for s in table.surfaces])
+    return np.asarray(known[geometry.surface] & geometry.camera & geometry.secondary & ~geometry.ray_traced)
+
+
+class Backing:
+    """The raster made ready: read only while rays are traced.
+
+    A plane's depth is linear over the picture as 1 / depth (perspective) or as it is (orthographic): `place` (h w,)
+    float64 holds that. `whole` (h w,) bool: pixels whose colour is that of one surface, the one that depth is of.
+    """
+
+    def __init__(
+        self,
+        camera: Camera,
+        raster: Raster,
+        filter_radius: float,
+        geometry: Geometry,
+        primitives: Bools,
+        veils: PrimitiveSet,
+    ) -> None:
+        self.camera, self.geometry, self.primitives, self.veils = camera, geometry, primitives, veils
+        depth = raster.depth.astype(np.float64)
+        known = (depth > 0) & (depth < NO_DEPTH)
+        place = np.where(known, depth, np.inf)
+        if camera.projection == "PERSP":
+            place = 1 / place
+        reach = max(1, math.ceil(filter_radius - FILTER_SPILL))
+        with np.errstate(invalid="ignore"):
+            whole = known & ~_near_steps(place, reach)
+        whole &= (raster.pixels[..., 3] == 1) & np.isfinite(raster.pixels).all(axis=-1)
+        self.height, self.width = depth.shape
+        self.place, self.whole = place.ravel(), whole.ravel()
+        self.drawn = self.color = np.ascontiguousarray(raster.pixels[..., :3].reshape(-1, 3).T)
+        matrix = np.asarray(camera.matrix_world, np.float64)
+        self.eye, self.axes = matrix[:3, 3] - geometry.center, matrix[:3, :3]
+
+    def shade(self, shadow: Float32) -> None:
+        """Let the raster have shadows (h, w, 3) that are not drawn in it but will be in the picture."""
+        self.color = self.drawn * shadow.reshape(-1, 3).T
+
+    def look_up(self, rays: Rays, hits: Hits, hit: Bools, tally: Tally) -> tuple[Numbers, Float32]:
+        """Which of n rays, of those that `hit`, meet what the raster shows, and its radiance there: (m,), (3, m)."""
+        secondary = hit & ~rays.camera
+        index = np.flatnonzero(secondary & self.primitives.take(hits.prim, mode="wrap"))
+        point = rays.origin[:, index] + rays.direction[:, index] * hits.t[index]
+        normal = hits.normal[:, index] * -np.sign(hits.toward[index])
+        shown, color = self._shown(point, normal)
+        index, point, normal = index[shown], point[:, shown], normal[:, shown]
+        if len(self.veils) and len(index):
+            clear = self._unveiled(hits.prim[index], point, normal, tally)
+            index, color = index[clear], color[:, clear]
+        tally.add("backed", len(index))
+        tally.add("not_backed", np.count_nonzero(secondary) - len(index))
+        return index, color
+
+    def _shown(self, point: Float64, normal: Float64) -> tuple[Numbers, Float32]:
+        """Which of the points (3, n) the raster shows, seen from the side of their normals, and its colours there."""
+        x, y, depth = project(self.camera, point + self.geometry.center[:, None])
+        x, y = x - (self.camera.window[0] + 0.5), y - (self.camera.window[1] + 0.5)
+        inside = (x >= 0) & (x < self.width - 1) & (y >= 0) & (y < self.height - 1) & (depth > 0)
+        inside &= dot(normal, self._to_camera(point)) > 0
+        index = np.flatnonzero(inside)
+        x, y, depth = x[index], y[index], depth[index]
+        column, row = x.astype(np.intp), y.astype(np.intp)
+        u, v = x - column, y - row
+        place, slope_x, slope_y = self._plane(point[:, index], normal[:, index], depth)
+        across, up = np.abs(slope_x), np.abs(slope_y)
+        oblique = BACKED_OFFSET * (across + up)
+        agrees = oblique <= BACKED_SLOPE * place
+        tolerance = BACKED_DEPTH * place + oblique
+        corner = row * self.width + column
+        color = np.zeros((3, len(index)), np.float32)
+        for j, i in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            pixel = corner + (j * self.width + i)
+            expected = place + (i - u) * slope_x + (j - v) * slope_y
+            agrees &= self.whole.take(pixel) & (np.abs(self.place.take(pixel) - expected) <= tolerance)
+            weight = ((u if i else 1 - u) * (v if j else 1 - v)).astype(np.float32)
+            color += self.color.take(pixel, axis=1) * weight
+        return index[agrees], color[:, agrees]
+
+    def _to_camera(self, point: Float64) -> Array:
+        """Directions (3, n) or (3, 1), of any length."""
+        if self.camera.projection == "PERSP":
+            return np.asarray(self.eye[:, None] - point)
+        return self.axes[:, 2:]
+
+    def _plane(self, point: Float64, normal: Float64, depth: Float64) -> tuple[Float64, Float64, Float64]:
+        """`place` of hits (n,), and how it grows for each pixel across and up on the planes through them."""
+        a, b, c = (dot(self.axes[:, i], normal) for i in range(3))
+        left, right, bottom, top = self.camera.view_plane
+        across, up = (right - left) / self.camera.resolution[0], (top - bottom) / self.camera.resolution[1]
+        if self.camera.projection == "PERSP":
+            # n.P = c' on the plane and P = depth q, with q = (x, y, -1) on the view plane: 1 / depth = n.q / c'.
+            distance = dot(normal, point - self.eye[:, None])
+            return 1 / depth, a * across / distance, b * up / distance
+        return depth, a * across / c, b * up / c
+
+    def _unveiled(self, prim: NDArray[np.int32], point: Float64, normal: Float64, tally: Tally) -> Numbers:
+        """Those of the points that the camera sees past all veils."""
+        to_camera = np.broadcast_to(self._to_camera(point), point.shape)
+        distance = np.sqrt(dot(to_camera, to_camera))
+        if self.camera.projection != "PERSP":
+            distance = -dot(self.axes[:, 2], point - self.eye[:, None])
+        offset = origin_offset(point.astype(np.float32), self.geometry.extent.take(prim))
+        origin, direction = offset_origin(point, normal, offset), normalize(to_camera).astype(np.float32)
+        return np.flatnonzero(~self.veils.occluded(origin, direction, distance.astype(np.float32), tally))
+
+
+def _near_steps(place: Float64, reach: int) -> Bools:
+    """Pixels (h, w) that lie at a step in depth, or within `reach` pixels of one, across or up.
+
+    Between two pixels there is a step where depth changes otherwise than on either side: on a plane it never does.
+    """
+    near = np.zeros(place.shape, bool)
+    for values, marks in ((place, near), (place.T, near.T)):
+        change = np.diff(values, axis=1)
+        bend = np.full((len(values), change.shape[1] + 1), np.inf)
+        bend[:, 1:-1] = np.abs(np.diff(change, axis=1))
+        larger = np.maximum(values[:, :-1], values[:, 1:])
+        step = ~(np.minimum(bend[:, :-1], bend[:, 1:]) <= BACKED_DEPTH * larger)
+        for distance in range(reach):
+            last = max(0, step.shape[1] - distance)
+            for moved, to in ((step[:, distance:], 0), (step[:, :last], distance)):
+                marks[:, to : to + moved.shape[1]] |= moved
+                marks[:, to + 1 : to + 1 + moved.shape[1]] |= moved
+    return near
