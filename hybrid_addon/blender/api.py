@@ -92,6 +92,7 @@ def render(
     shadow_samples: int | None = None,
     traced_shadows: bool | None = None,
     caustics: str | None = None,
+    raster_backed: bool | None = None,
     light_falloff: str | None = None,
     resolution: tuple[int, int] | None = None,
     threads: int | None = None,
@@ -113,6 +114,7 @@ def render(
         "time_budget": time_budget,
         "shadow_samples": shadow_samples,
         "traced_shadows": traced_shadows,
+        "raster_backed": raster_backed,
     }
     overrides = {
         **quality(preset),

@@ -16,15 +16,17 @@ import bpy
 import numpy as np
 
 from ..report.frame import frame_report
-from ..scene import Camera, Film, Float32, Raster, Settings
-from . import abort, images, layers, pipeline, results, shadows
-from .errors import HybridError
+from ..scene import Film, Raster, Settings
+from . import abort, images, layers, pipeline, raster, results, shadows
 
 Progress = Callable[[str, float], bool]
 Window = tuple[int, int, int, int]
 
-CHANNELS = {"NORMAL": "XYZ", "SHADOW": "RGB"}
+CHANNELS = {"NORMAL": "XYZ", "SHADOW": "RGB", "REFLECTION": "RGB", "REFRACTION": "RGB"}
 """Of the data passes that have more than one."""
+
+LIGHT_PASSES = {"reflection", "refraction", "raster_backed"}
+"""Passes that add up with the picture, so that they are multiplied by coverage as it is."""
 
 PASS_TYPES = {"X": "VALUE", "XYZ": "VECTOR", "RGB": "COLOR"}
 
@@ -110,9 +112,9 @@ def trace_frame(
     mode = scene.hybrid.mode
 
     clock = results.Clock()
-    raster, mask, depth = None, None, None
+    drawn, mask, depth = None, None, None
     if mode != "FULL":
-        raster, mask, depth = _stage(progress, "Reading EEVEE's picture", read_mask, scene, window)
+        drawn, mask, depth = _stage(progress, "Reading EEVEE's picture", raster.read, scene, window)
     timing["mask read"] = clock.read()
 
     clock = results.Clock()
@@ -121,9 +123,9 @@ def trace_frame(
         light_falloff=scene.hybrid.light_falloff,
     )  # fmt: skip
     timing["translate"] = clock.read()
-    traced_scene = translation.scene
-    if raster is not None and depth is not None:
-        traced_scene = replace(traced_scene, raster=Raster(raster, without_sky(depth, traced_scene.camera)))
+    traced_scene, unfit = translation.scene, "" if depth is None else raster.unfit_to_back(scene)
+    if drawn is not None and depth is not None and not unfit:
+        traced_scene = replace(traced_scene, raster=Raster(drawn, raster.without_sky(depth, traced_scene.camera)))
 
     settings = tracer_settings(scene)
     if not progress("Building", 0.0):
@@ -133,8 +135,8 @@ def trace_frame(
     results.sampled(scene.name, film.time["develop"]["wall"])
     mask = film.coverage if mask is None else mask
     traced = premultiply(film.radiance, mask)
-    if raster is not None and film.shadow is not None:
-        traced = shade(traced, raster, film.shadow)
+    if drawn is not None and film.shadow is not None:
+        traced = shade(traced, drawn, film.shadow)
     report = frame_report(
         versions=versions(),
         settings=public_settings(scene),
@@ -145,37 +147,9 @@ def trace_frame(
         counts=translation.counts,
         time=timing,
         warnings=[*scene_warnings(scene), *translation.warnings, *budget_warnings(scene, timing, film)],
+        skipped=[{"what": "raster-backed hits", "why": unfit, "count": 1}] if unfit else [],
     )
-    return results.Frame(window, raster, mask, traced, report), film
-
-
-def read_mask(scene: bpy.types.Scene, window: Window) -> tuple[Float32, Float32, Float32 | None]:
-    """EEVEE's picture without the flagged objects (h, w, 4), their coverage (h, w) and, if it was asked for, the depth
-    of that picture (h, w); all over the window."""
-    from ..compositor import mask_from_alpha
-
-    planes = images.read_render_result(scene)
-    mask_layer = pipeline.mask_layer(scene)
-    if mask_layer is None:
-        raise HybridError(f"scene '{scene.name}' has no mask view layer: switch Hybrid off and on again")
-    raster = _crop(planes[f"{mask_layer.name}.Combined"], window)
-    plane = planes.get(f"{mask_layer.name}.Depth") if pipeline.needs_raster(scene) else None
-    depth = None if plane is None else _crop(plane, window)[..., 0]
-    if not scene.render.film_transparent:
-        return raster, mask_from_alpha(raster[..., 3]), depth
-    whole = _crop(planes[f"{pipeline.source_layer(scene).name}.Combined"], window)
-    return raster, mask_from_alpha(raster[..., 3], whole[..., 3]), depth
-
-
-def without_sky(depth: Float32, camera: Camera) -> Float32:
-    """EEVEE's depth pass with NO_DEPTH where there is only sky: 5.x has it already, 4.5 writes about the clip end.
-
-    It is read back from a depth buffer, whose rounding grows with clip end over clip start.
-    """
-    from ..tracer.constants import FLOAT32_ULP, NO_DEPTH
-
-    rounding = 8 * FLOAT32_ULP * camera.clip_end / camera.clip_start
-    return np.where(depth > camera.clip_end * (1 - min(rounding, 0.5)), np.float32(NO_DEPTH), depth)
+    return results.Frame(window, drawn, mask, traced, report), film
 
 
 def tracer_settings(scene: bpy.types.Scene) -> Settings:
@@ -217,6 +191,7 @@ def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:
         "shadow_samples",
         "traced_shadows",
         "caustics",
+        "raster_backed",
         "light_falloff",
         "threads",
     )
@@ -290,19 +265,16 @@ def _window(scene: bpy.types.Scene, resolution: tuple[int, int], size: tuple[int
     return (x0, y0, x0 + size[0], y0 + size[1])
 
 
-def _crop(image: Float32, window: Window) -> Float32:
-    """The window of a full frame; a cropped render is the window already."""
-    x0, y0, x1, y1 = window
-    if image.shape[:2] == (y1 - y0, x1 - x0):
-        return image
-    return np.ascontiguousarray(image[y0:y1, x0:x1])
-
-
 def _passes(scene: bpy.types.Scene | None) -> dict[str, str]:
     """Names and channels of the trace scene's passes beside the picture: two always, the others if they are wanted."""
     wanted = sorted(scene.hybrid.passes) if scene else []
-    data = {name.title(): CHANNELS.get(name, "X") for name in wanted}
+    data = {pass_name(name): CHANNELS.get(name, "X") for name in wanted}
     return {"Mask": "X", "Residual": "X", **data}
+
+
+def pass_name(name: str) -> str:
+    """What Blender calls a pass that the settings or the tracer call `name`."""
+    return name.title().replace("_", "-")
 
 
 def _deliver(target: bpy.types.RenderResult, frame: results.Frame, film: Film) -> None:
@@ -312,7 +284,9 @@ def _deliver(target: bpy.types.RenderResult, frame: results.Frame, film: Film) -
     passes["Mask"].rect.foreach_set(frame.mask.ravel())
     passes["Residual"].rect.foreach_set((film.residual * frame.mask).ravel())
     for name, pixels in film.passes.items():
-        passes[name.title()].rect.foreach_set(pixels.ravel())
+        if name in LIGHT_PASSES:
+            pixels = pixels * frame.mask.reshape(*frame.mask.shape, *[1] * (pixels.ndim - 2))
+        passes[pass_name(name)].rect.foreach_set(pixels.ravel())
     if "Shadow" in passes:
         shadow = np.ones((*frame.mask.shape, 3), np.float32) if film.shadow is None else film.shadow
         passes["Shadow"].rect.foreach_set(shadow.ravel())

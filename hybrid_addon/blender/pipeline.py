@@ -83,7 +83,7 @@ def effective_mode(scene: bpy.types.Scene) -> str:
 
 def needs_raster(scene: bpy.types.Scene) -> bool:
     """Whether the tracer asks for EEVEE's picture and its depth, `Scene.raster`, beside the mask."""
-    return False
+    return bool(scene.hybrid.raster_backed and effective_mode(scene) == "HYBRID")
 
 
 def traces_shadows(scene: bpy.types.Scene) -> bool:

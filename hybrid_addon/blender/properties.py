@@ -230,6 +230,12 @@ class HybridSceneSettings(PropertyGroup):
         ),
         default="NONE",
     )
+    raster_backed: BoolProperty(  # type: ignore[valid-type]
+        name="Raster-Backed Hits",
+        description="Reflections and refractions show EEVEE's own pixels of matte surfaces, and of nodes not followed",
+        default=True,
+        update=_scene_changed,
+    )
     light_falloff: EnumProperty(  # type: ignore[valid-type]
         name="Light Falloff",
         description="How far lights reach in the ray traced objects and in what they reflect",
@@ -247,6 +253,9 @@ class HybridSceneSettings(PropertyGroup):
             ("NORMAL", "Normal", "Normal in world space", 2),
             ("SAMPLES", "Samples", "Camera rays that the pixel took", 4),
             ("SHADOW", "Shadow", "Traced shadows: what is left of the light on what EEVEE draws; 1 without them", 8),
+            ("REFLECTION", "Reflection", "Light that the first surface mirrors", 16),
+            ("REFRACTION", "Refraction", "Light that comes through the first surface", 32),
+            ("RASTER_BACKED", "Raster-Backed", "Share of the way of the light that ends at EEVEE's own pixels", 64),
         ),
         options={"ANIMATABLE", "ENUM_FLAG"},
         default=set(),

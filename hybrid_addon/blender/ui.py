@@ -156,6 +156,7 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
         row = column.row()
         row.active = settings.traced_shadows
         row.prop(settings, "caustics")
+        column.prop(settings, "raster_backed")
         column.prop(settings, "light_falloff")
         layout.column(heading="Data Passes").prop(settings, "passes", text="")
         column = layout.column(heading="Viewport")

@@ -6,8 +6,9 @@ backed if
 * its surface is not flagged, and looks the same from all sides: nothing mirrored or transmitted, no coat, no sheen, no
   highlight beyond MATTE_HIGHLIGHT; or the translator could not follow its material: then the raster is always nearer;
 * its point lies inside the picture, on the side of the surface that the camera sees;
-* all four pixels around it are whole (nothing held out near, no step in depth near, see `Backing`), and have the depth
-  of the hit's own plane there: so that grazing floors work, and edges never mix.
+* all four pixels around it show one surface (no step in depth near, not mostly what is held out, see `Backing`), and
+  have the depth of the hit's own plane there: so that grazing floors work, and edges never mix. Where the material
+  could not be followed, those of the four that do are enough;
 * nothing that the depth pass leaves out (blended materials) is before it.
 """
 
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from ..scene import Camera, Expression, Float32, Float64, Raster, Surface
 from .camera import project
 from .constants import (
+    BACKED_ALPHA,
     BACKED_DEPTH,
     BACKED_OFFSET,
     BACKED_SLOPE,
@@ -54,15 +56,22 @@ def is_matte(surface: Surface) -> bool:
 def backable(geometry: Geometry, table: SurfaceTable) -> Bools:
     """(np,) bool: primitives that secondary rays meet and whose light the raster may know."""
     matte = np.array([is_matte(s) for s in table.surfaces]) & ~table.reflects & ~table.transmits
-    known = matte | np.array([s.approximate for s in table.surfaces])
+    known = matte | approximate(table)
     return np.asarray(known[geometry.surface] & geometry.camera & geometry.secondary & ~geometry.ray_traced)
+
+
+def approximate(table: SurfaceTable) -> Bools:
+    """(s,) surfaces whose materials could not be followed."""
+    return np.array([s.approximate for s in table.surfaces])
 
 
 class Backing:
     """The raster made ready: read only while rays are traced.
 
-    A plane's depth is linear over the picture as 1 / depth (perspective) or as it is (orthographic): `place` (h w,)
-    float64 holds that. `whole` (h w,) bool: pixels whose colour is that of one surface, the one that depth is of.
+    place : (h w,) float64, 1 / depth (perspective) or depth (orthographic): over a plane it is linear in the picture.
+    whole : (h w,) bool, pixels whose colour is that of one surface, the one that `place` is of.
+    drawn : (3, h w) float32, the radiance of what is not held out: held out it is black, and so divided out again.
+    color : the same with shadows that are not drawn.
     """
 
     def __init__(
@@ -71,22 +80,23 @@ class Backing:
         raster: Raster,
         filter_radius: float,
         geometry: Geometry,
-        primitives: Bools,
+        table: SurfaceTable,
         veils: PrimitiveSet,
     ) -> None:
-        self.camera, self.geometry, self.primitives, self.veils = camera, geometry, primitives, veils
-        depth = raster.depth.astype(np.float64)
-        known = (depth > 0) & (depth < NO_DEPTH)
-        place = np.where(known, depth, np.inf)
+        self.camera, self.geometry, self.veils = camera, geometry, veils
+        self.primitives = backable(geometry, table)
+        self.height, self.width = raster.depth.shape
+        alpha = raster.pixels[..., 3]
+        shown = (alpha >= BACKED_ALPHA) & (raster.depth > 0) & np.isfinite(raster.pixels).all(axis=-1)
+        place = np.where(shown, raster.depth, np.nan).astype(np.float64)
         if camera.projection == "PERSP":
             place = 1 / place
         reach = max(1, math.ceil(filter_radius - FILTER_SPILL))
-        with np.errstate(invalid="ignore"):
-            whole = known & ~_near_steps(place, reach)
-        whole &= (raster.pixels[..., 3] == 1) & np.isfinite(raster.pixels).all(axis=-1)
-        self.height, self.width = depth.shape
-        self.place, self.whole = place.ravel(), whole.ravel()
-        self.drawn = self.color = np.ascontiguousarray(raster.pixels[..., :3].reshape(-1, 3).T)
+        self.place = place.ravel()
+        self.whole = (shown & (raster.depth < NO_DEPTH) & ~_near_steps(place, reach)).ravel()
+        drawn = raster.pixels[..., :3] / np.where(shown, alpha, np.float32(1))[..., None]
+        self.drawn = self.color = np.ascontiguousarray(drawn.reshape(-1, 3).T)
+        self.partly = approximate(table)[geometry.surface]
         matrix = np.asarray(camera.matrix_world, np.float64)
         self.eye, self.axes = matrix[:3, 3] - geometry.center, matrix[:3, :3]
 
@@ -100,7 +110,7 @@ class Backing:
         index = np.flatnonzero(secondary & self.primitives.take(hits.prim, mode="wrap"))
         point = rays.origin[:, index] + rays.direction[:, index] * hits.t[index]
         normal = hits.normal[:, index] * -np.sign(hits.toward[index])
-        shown, color = self._shown(point, normal)
+        shown, color = self._shown(point, normal, self.partly.take(hits.prim[index]))
         index, point, normal = index[shown], point[:, shown], normal[:, shown]
         if len(self.veils) and len(index):
             clear = self._unveiled(hits.prim[index], point, normal, tally)
@@ -109,8 +119,11 @@ class Backing:
         tally.add("not_backed", np.count_nonzero(secondary) - len(index))
         return index, color
 
-    def _shown(self, point: Float64, normal: Float64) -> tuple[Numbers, Float32]:
-        """Which of the points (3, n) the raster shows, seen from the side of their normals, and its colours there."""
+    def _shown(self, point: Float64, normal: Float64, partly: Bools) -> tuple[Numbers, Float32]:
+        """Which of the points (3, n) the raster shows, seen from the side of their normals, and its colours there.
+
+        partly : (n,) one pixel around the point is enough.
+        """
         x, y, depth = project(self.camera, point + self.geometry.center[:, None])
         x, y = x - (self.camera.window[0] + 0.5), y - (self.camera.window[1] + 0.5)
         inside = (x >= 0) & (x < self.width - 1) & (y >= 0) & (y < self.height - 1) & (depth > 0)
@@ -122,17 +135,22 @@ class Backing:
         place, slope_x, slope_y = self._plane(point[:, index], normal[:, index], depth)
         across, up = np.abs(slope_x), np.abs(slope_y)
         oblique = BACKED_OFFSET * (across + up)
-        agrees = oblique <= BACKED_SLOPE * place
         tolerance = BACKED_DEPTH * place + oblique
         corner = row * self.width + column
-        color = np.zeros((3, len(index)), np.float32)
+        color, total = np.zeros((3, len(index)), np.float32), np.zeros(len(index), np.float32)
+        all_four = oblique <= BACKED_SLOPE * place
         for j, i in ((0, 0), (0, 1), (1, 0), (1, 1)):
             pixel = corner + (j * self.width + i)
             expected = place + (i - u) * slope_x + (j - v) * slope_y
-            agrees &= self.whole.take(pixel) & (np.abs(self.place.take(pixel) - expected) <= tolerance)
-            weight = ((u if i else 1 - u) * (v if j else 1 - v)).astype(np.float32)
-            color += self.color.take(pixel, axis=1) * weight
-        return index[agrees], color[:, agrees]
+            agrees = self.whole.take(pixel) & (np.abs(self.place.take(pixel) - expected) <= tolerance)
+            weight = (agrees * (u if i else 1 - u) * (v if j else 1 - v)).astype(np.float32)
+            color += np.where(agrees, self.color.take(pixel, axis=1), np.float32(0)) * weight
+            total += weight
+            all_four &= agrees
+        found = np.flatnonzero(all_four | (partly[index] & (total > 0)))
+        color = color[:, found]
+        color /= np.where(all_four[found], np.float32(1), total[found])
+        return index[found], color
 
     def _to_camera(self, point: Float64) -> Array:
         """Directions (3, n) or (3, 1), of any length."""
@@ -166,14 +184,15 @@ def _near_steps(place: Float64, reach: int) -> Bools:
     """Pixels (h, w) that lie at a step in depth, or within `reach` pixels of one, across or up.
 
     Between two pixels there is a step where depth changes otherwise than on either side: on a plane it never does.
+    NaN, at what is held out, is no step.
     """
     near = np.zeros(place.shape, bool)
     for values, marks in ((place, near), (place.T, near.T)):
         change = np.diff(values, axis=1)
-        bend = np.full((len(values), change.shape[1] + 1), np.inf)
+        bend = np.full((len(values), change.shape[1] + 1), np.nan)
         bend[:, 1:-1] = np.abs(np.diff(change, axis=1))
         larger = np.maximum(values[:, :-1], values[:, 1:])
-        step = ~(np.minimum(bend[:, :-1], bend[:, 1:]) <= BACKED_DEPTH * larger)
+        step = np.fmin(bend[:, :-1], bend[:, 1:]) > BACKED_DEPTH * larger
         for distance in range(reach):
             last = max(0, step.shape[1] - distance)
             for moved, to in ((step[:, distance:], 0), (step[:, :last], distance)):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Camera, Scene, Settings
-from .backing import Backing, backable
+from .backing import Backing
 from .plan import Plan, prepare
 from .primitives import PrimitiveSet
 
@@ -65,9 +65,7 @@ class CompiledScene:
             return None
         g = self.geometry
         veils = g.camera & ~g.ray_traced & self.surfaces.transmits[g.surface]
-        return Backing(
-            scene.camera, scene.raster, self.settings.filter_radius, g, backable(g, self.surfaces), self._set(veils)
-        )
+        return Backing(scene.camera, scene.raster, self.settings.filter_radius, g, self.surfaces, self._set(veils))
 
     def _set(self, members: NDArray[np.bool_]) -> PrimitiveSet:
         """A primitive set, built once however many kinds of ray share it."""

@@ -204,6 +204,9 @@ BACKED_DEPTH = 1.0e-3
 """A hit is what the raster shows if their depths agree to this share, after the surface's slope: far more than a depth
 buffer rounds, far less than things that hide one another are apart."""
 
+BACKED_ALPHA = 0.5
+"""A pixel of the raster of which less than this is not held out is not asked: its depth is likely that of the rest."""
+
 BACKED_OFFSET = 0.5
 """EEVEE's depth is that of one place in each pixel, so far from its centre at most, in pixels across and up."""
 

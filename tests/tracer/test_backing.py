@@ -123,9 +123,30 @@ def test_where_the_raster_shows_something_else_it_is_not_asked(build, change):
     elif change == "sky":
         depth[:] = NO_DEPTH
     elif change == "held out":
-        pixels[..., 3] *= 0.999
+        pixels *= 0.4
     film = trace(replace(dark, raster=Raster(pixels, depth)), SETTINGS)
     assert bool(film.radiance.any()) == bool(film.hits["backed"]) == (change == "nothing")
+
+
+def test_what_is_held_out_of_a_pixel_does_not_darken_it(build):
+    dark = room(build)
+    raster, _ = eevee(dark.camera, gradient)
+    whole = trace(replace(dark, raster=raster), SETTINGS)
+    part = trace(replace(dark, raster=Raster(raster.pixels * np.float32(0.75), raster.depth)), SETTINGS)
+    np.testing.assert_allclose(part.radiance, whole.radiance, rtol=1e-5)
+
+
+def test_of_a_material_that_is_not_followed_any_pixel_around_will_do(build):
+    matte, unknown = room(build), room(build, wall=build.matte(approximate=True))
+    raster, _ = eevee(matte.camera, gradient)
+    some, more = (trace(replace(s, raster=raster), SETTINGS) for s in (matte, unknown))
+    backed, beside = some.passes["raster_backed"] == 1, more.passes["raster_backed"] == 1
+    assert (beside & backed == backed).all()
+    np.testing.assert_array_equal(more.radiance[backed], some.radiance[backed])
+    foot = beside & ~backed  # where the wall meets the mirror
+    assert foot.sum() > SIZE / 2
+    x, z = mirrored_wall(matte.camera)
+    np.testing.assert_allclose(more.radiance[foot], gradient(x, z)[foot], atol=0.03)
 
 
 def test_no_pixel_beside_an_edge_is_used(build):

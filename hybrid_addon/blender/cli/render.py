@@ -59,6 +59,10 @@ def add(verbs: Verbs) -> None:
         help="trace the shadows of ray traced objects on what EEVEE draws, or leave them to EEVEE",
     )  # fmt: skip
     render.add_argument("--caustics", choices=("none", "simple"), help="of traced shadows; default: the file's own")
+    render.add_argument(
+        "--raster-backed", action=argparse.BooleanOptionalAction,
+        help="show EEVEE's own pixels in reflections where they are known, or shade everything there",
+    )  # fmt: skip
     render.add_argument("--light-falloff", choices=("eevee", "physical"), help="default: the file's own")
     render.add_argument("--resolution", type=resolution, metavar="WxH")
     render.add_argument("--threads", type=number(0, 1024, int), metavar="N", help="0: all cores")
@@ -165,6 +169,7 @@ def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, A
         shadow_samples=arguments.shadow_samples,
         traced_shadows=arguments.traced_shadows,
         caustics=arguments.caustics,
+        raster_backed=arguments.raster_backed,
         light_falloff=arguments.light_falloff,
         resolution=arguments.resolution,
         threads=arguments.threads,

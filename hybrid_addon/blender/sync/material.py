@@ -70,7 +70,8 @@ def translate_material(b_material: bpy.types.Material, images: Images, warn: War
         reader.warn("it has no active output; it is black")
         return Surface(name=b_material.name, base_color=(0.0, 0.0, 0.0))
     _warn_of_ignored(output, reader)
-    return replace(_inside_and_out(output, reader), name=b_material.name)
+    surface = _inside_and_out(output, reader)
+    return replace(surface, name=b_material.name, approximate=reader.approximate)
 
 
 def _inside_and_out(output: Node, reader: NodeReader) -> Surface:

@@ -159,7 +159,7 @@ def _diffuse(node: Node, reader: NodeReader) -> Surface:
 
 
 def _as_diffuse(node: Node, reader: NodeReader) -> Surface:
-    reader.warn(f"node {node.name!r} ({node.b_node.bl_label}) is traced as Diffuse BSDF")
+    reader.give_up(f"node {node.name!r} ({node.b_node.bl_label}) is traced as Diffuse BSDF")
     return _diffuse(node, reader)
 
 
@@ -173,7 +173,7 @@ def _holdout(node: Node, reader: NodeReader) -> Surface:
 
 
 def _unknown(node: Node, reader: NodeReader) -> Surface:
-    reader.warn(f"node {node.name!r} ({node.b_node.bl_label}) is not followed; the surface is grey")
+    reader.give_up(f"node {node.name!r} ({node.b_node.bl_label}) is not followed; the surface is grey")
     return _opaque((0.8, 0.8, 0.8))
 
 

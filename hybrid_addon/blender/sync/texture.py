@@ -20,6 +20,7 @@ class NodeReader:
     """Reads constants and textures from nodes, and warns of whatever it cannot follow.
 
     owner : how warnings name the tree, such as "material 'Glass'".
+    approximate : something could not be followed: EEVEE draws more than the translated surface knows.
     """
 
     def __init__(self, owner: str, images: Images, warn: Warnings) -> None:
@@ -28,10 +29,16 @@ class NodeReader:
         self._warn = warn
         self.values: dict[Any, Any] = {}  # of nodes' outputs, for `values`
         self.nested = 0
+        self.approximate = False
 
     def warn(self, text: str) -> None:
         """Warn, in the owner's name."""
         self._warn.add(f"{self.owner}: {text}")
+
+    def give_up(self, text: str) -> None:
+        """Warn of something that cannot be followed."""
+        self.approximate = True
+        self.warn(text)
 
     def number(self, node: Node, name: str | int) -> float:
         """The input's constant value."""
@@ -56,7 +63,7 @@ class NodeReader:
             self.warn(f"{socket.output()!r} of node {upstream.name!r} is always {value:.0f}, as for the camera")
             return value
         value = socket.value()
-        self.warn(
+        self.give_up(
             f"{socket.name!r} of node {node.name!r} is linked to {upstream.name!r}, which is not followed; "
             f"{_brief(value)} is used"
         )
@@ -69,7 +76,7 @@ def image_node_upstream(reader: NodeReader, node: Node, name: str, kind: str) ->
     found = None if socket.is_constant() else _nearest(socket, kind)
     between = socket.node()
     if found and between and found.b_node != between.b_node:
-        reader.warn(
+        reader.give_up(
             f"{socket.name!r} of node {node.name!r}: the image of {found.name!r} is used as it is, "
             f"without node {between.name!r} between"
         )

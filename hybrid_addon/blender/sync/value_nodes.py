@@ -207,7 +207,7 @@ def _gradient(node: Node, output: str, reader: NodeReader) -> Value:
 
 
 def _ambient_occlusion(node: Node, output: str, reader: NodeReader) -> Value:
-    reader.warn(f"node {node.name!r}: ambient occlusion is not traced; it is 1")
+    reader.give_up(f"node {node.name!r}: ambient occlusion is not traced; it is 1")
     return color(reader, node, "Color") if output == "Color" else 1.0
 
 

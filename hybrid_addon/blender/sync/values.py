@@ -48,7 +48,7 @@ def value_of(reader: NodeReader, socket: Socket, kind: str) -> Any:
         value = _of_node(reader, upstream, socket)
         if value is not None:
             return converted(value, socket.output_type(), kind)
-        reader.warn(
+        reader.give_up(
             f"{socket.name!r} is linked to node {upstream.name!r} ({upstream.b_node.bl_label}), "
             "which is not followed; its own value is used: bake it to an image"
         )
@@ -162,7 +162,7 @@ def _is_fixed(node: Node, reader: NodeReader) -> bool:
 
 def mapping_is_warned_of(node: Node, reader: NodeReader, moving: list[str]) -> bool:
     """Warn that linked settings of a Mapping node are taken as constants."""
-    reader.warn(f"node {node.name!r}: what is linked to {', '.join(moving)} is not followed; its own value is used")
+    reader.give_up(f"node {node.name!r}: what is linked to {', '.join(moving)} is not followed; its own value is used")
     return True
 
 
