@@ -247,10 +247,10 @@ class HybridSceneSettings(PropertyGroup):
     )
     passes: EnumProperty(  # type: ignore[valid-type]
         name="Data Passes",
-        description="Passes of the ray traced objects for the compositor, at pixel centers as EEVEE's own",
+        description="Passes of the ray traced objects for the compositor",
         items=(
             ("DEPTH", "Depth", "Distance along the view axis; 1e10 where no ray traced object is", 1),
-            ("NORMAL", "Normal", "Normal in world space", 2),
+            ("NORMAL", "Normal", "Normal in world space, at pixel centers as depth is", 2),
             ("SAMPLES", "Samples", "Camera rays that the pixel took", 4),
             ("SHADOW", "Shadow", "Traced shadows: what is left of the light on what EEVEE draws; 1 without them", 8),
             ("REFLECTION", "Reflection", "Light that the first surface mirrors", 16),
