@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import bpy
 
+from . import memory
 from .restore import Restore
 
 GROUP = "Hybrid Composite"
@@ -22,6 +23,7 @@ GROUP_MARK = "hybrid_composite"
 SOURCE = "hybrid_source"  # on a Hybrid node: name of the Render Layers node that it stands in for
 ROLE = "hybrid_role"  # on nodes that we made: "mask", "trace", or "own" (made because the user had none)
 MUTED = "hybrid_muted"  # on the user's nodes that we muted
+PLACES = {"mask": (-700.0, -450.0), "trace": (-700.0, -800.0)}
 OUTPUTS = {"COMPOSITE", "GROUP_OUTPUT"}
 _PLAIN = {"R_LAYERS", "COMPOSITE", "VIEWER", "REROUTE", "GROUP_OUTPUT"}
 _NEW_API = bpy.app.version >= (5, 0)
@@ -40,6 +42,7 @@ def sync(
 ) -> None:
     """Bring the compositor in step; see the module's head. Idempotent."""
     tree = _ensure_tree(scene, source, restore)
+    before = _own(tree).keys()
     mask_node = _own_render_layers(tree, "mask", scene, mask.name)
     trace_node = _own_render_layers(tree, "trace", trace, trace.view_layers[0].name)
     _mute(mask_node, mode != "HYBRID")
@@ -54,12 +57,15 @@ def sync(
         _mute_ours(user_node, mode == "FULL" and not other_outputs(user_node))
     for orphan in stand_ins.values():
         _withdraw(tree, orphan, scene, source.name)
+    own = _own(tree)
+    memory.recall(scene, tree, own, own.keys() - before)
 
 
 def tear_down(scene: bpy.types.Scene, restore: Restore) -> None:
     """Give every link back to the user's Render Layers nodes and remove ours. Does nothing in a clean tree."""
     tree = compositor_tree(scene)
     if tree is not None:
+        memory.remember(scene, _own(tree))
         for node in [node for node in tree.nodes if is_stand_in(node)]:
             _withdraw(tree, node, scene, None)
         for node in tree.nodes:
@@ -226,6 +232,22 @@ def is_stand_in(node: bpy.types.Node) -> bool:
     )
 
 
+def _own(tree: bpy.types.NodeTree) -> dict[str, memory.Own]:
+    """The nodes that stand for the two halves, and those that stand in for the user's."""
+    found = {}
+    for node in tree.nodes:
+        if role(node) in PLACES:
+            found[role(node)] = memory.Own(node, PLACES[role(node)], True)
+        elif is_stand_in(node):
+            found[f"for {node[SOURCE]}"] = memory.Own(node, _beside(tree.nodes.get(node[SOURCE])), False)
+    return found
+
+
+def _beside(user_node: bpy.types.Node | None) -> tuple[float, float]:
+    """Where a Hybrid node stands."""
+    return (user_node.location.x + 260, user_node.location.y - 40) if user_node else (0.0, 0.0)
+
+
 def _is_user(node: bpy.types.Node, scene: bpy.types.Scene, layer: str | None) -> bool:
     if node.type != "R_LAYERS" or role(node) in {"mask", "trace"} or node.scene not in (None, scene):
         return False
@@ -258,7 +280,7 @@ def _own_render_layers(tree: bpy.types.NodeTree, which: str, scene: bpy.types.Sc
             "mask": "Hybrid: EEVEE without the ray traced objects",
             "trace": "Hybrid: the ray traced objects",
         }[which]
-        node.location = {"mask": (-700, -450), "trace": (-700, -800)}[which]
+        node.location = PLACES[which]
     if node.scene != scene:
         node.scene = scene
     if node.layer != layer:
@@ -271,7 +293,7 @@ def _insert(tree: bpy.types.NodeTree, user_node: bpy.types.Node) -> bpy.types.No
     node.node_tree = _find_group() or _new_group()
     node.label = "Hybrid"
     node[SOURCE] = user_node.name
-    node.location = (user_node.location.x + 260, user_node.location.y - 40)
+    node.location = _beside(user_node)
     for socket in node.inputs:
         socket.default_value = (0.0, 0.0, 0.0, 0.0)
     return node

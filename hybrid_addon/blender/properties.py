@@ -288,6 +288,8 @@ class HybridSceneSettings(PropertyGroup):
     )
     # What the pipeline has to put back (JSON).
     restore: StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]
+    # What the user has linked to our nodes, while these are away (JSON).
+    memory: StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]
 
     @classmethod
     def register(cls) -> None:

@@ -11,7 +11,7 @@ from hybrid_addon.presets import QUALITY
 
 pytestmark = pytest.mark.blender
 README = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
-HIDDEN = {"rna_type", "name", "restore", "threads"}
+HIDDEN = {"rna_type", "name", "restore", "memory", "threads"}
 
 
 @pytest.mark.parametrize("owner", ["Object", "Material", "Collection", "Scene"])
