@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import bpy
@@ -29,6 +29,8 @@ class HybridResult:
 
     image, raster, traced : (height, width, 4) float32. mask : (height, width) float32, coverage of the traced objects.
     image = raster + traced, unless your own compositor nodes follow. report : a plain dict (README, "Report").
+    passes : of `scene.hybrid.passes`, by name in small letters, (height, width) or (height, width, 3); none where the
+             tracer was not called.
     """
 
     image: Float32
@@ -36,6 +38,7 @@ class HybridResult:
     mask: Float32
     traced: Float32
     report: dict[str, Any]
+    passes: dict[str, Float32] = field(default_factory=dict)
 
 
 def mark(
@@ -244,7 +247,8 @@ def _collect(scene: bpy.types.Scene) -> HybridResult:
         return HybridResult(image, image, empty, np.zeros_like(image), report)
     mask, traced = (_place(part, frame.window, (height, width)) for part in (frame.mask, frame.traced))
     raster = np.zeros_like(image) if frame.raster is None else _place(frame.raster, frame.window, (height, width))
-    return HybridResult(image, raster, mask, traced, frame.report)
+    passes = {name: _place(plane, frame.window, (height, width)) for name, plane in frame.passes.items()}
+    return HybridResult(image, raster, mask, traced, frame.report, passes)
 
 
 def _place(part: Float32, window: tuple[int, int, int, int], size: tuple[int, int]) -> Float32:

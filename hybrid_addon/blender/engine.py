@@ -16,7 +16,7 @@ import bpy
 import numpy as np
 
 from ..report.frame import frame_report
-from ..scene import Film, Raster, Settings
+from ..scene import Film, Float32, Raster, Settings
 from . import abort, images, layers, pipeline, raster, results, shadows
 
 Progress = Callable[[str, float], bool]
@@ -149,7 +149,7 @@ def trace_frame(
         warnings=[*scene_warnings(scene), *translation.warnings, *budget_warnings(scene, timing, film)],
         skipped=[{"what": "raster-backed hits", "why": unfit, "count": 1}] if unfit else [],
     )
-    return results.Frame(window, drawn, mask, traced, report), film
+    return results.Frame(window, drawn, mask, traced, report, data_passes(scene, film, mask)), film
 
 
 def tracer_settings(scene: bpy.types.Scene) -> Settings:
@@ -283,13 +283,18 @@ def _deliver(target: bpy.types.RenderResult, frame: results.Frame, film: Film) -
     passes["Combined"].rect.foreach_set(frame.traced.ravel())
     passes["Mask"].rect.foreach_set(frame.mask.ravel())
     passes["Residual"].rect.foreach_set((film.residual * frame.mask).ravel())
-    for name, pixels in film.passes.items():
-        if name in LIGHT_PASSES:
-            pixels = pixels * frame.mask.reshape(*frame.mask.shape, *[1] * (pixels.ndim - 2))
+    for name, pixels in frame.passes.items():
         passes[pass_name(name)].rect.foreach_set(pixels.ravel())
-    if "Shadow" in passes:
-        shadow = np.ones((*frame.mask.shape, 3), np.float32) if film.shadow is None else film.shadow
-        passes["Shadow"].rect.foreach_set(shadow.ravel())
+
+
+def data_passes(scene: bpy.types.Scene, film: Film, mask: Float32) -> dict[str, Float32]:
+    """The scene's data passes, by name in small letters: (h, w) or (h, w, 3) float32."""
+    found = dict(film.passes)
+    for name in found.keys() & LIGHT_PASSES:
+        found[name] = found[name] * (mask if found[name].ndim == 2 else mask[..., None])
+    if "SHADOW" in scene.hybrid.passes:
+        found["shadow"] = np.ones((*mask.shape, 3), np.float32) if film.shadow is None else film.shadow
+    return found
 
 
 CLASSES = (HybridTracer,)

@@ -12,13 +12,17 @@ from ..scene import Float32
 
 @dataclass(eq=False)
 class Frame:
-    """One traced frame over the rendered window: raster, traced (h, w, 4), mask (h, w), float32, associated alpha."""
+    """One traced frame over the rendered window: raster, traced (h, w, 4), mask (h, w), float32, associated alpha.
+
+    passes : the data passes that were asked for, by name: (h, w) or (h, w, 3) float32.
+    """
 
     window: tuple[int, int, int, int]
     raster: Float32 | None
     mask: Float32
     traced: Float32
     report: dict[str, Any]
+    passes: dict[str, Float32] = field(default_factory=dict)
 
 
 @dataclass

@@ -123,6 +123,20 @@ def test_every_camera_and_frame_in_order(blend, tmp_path, capfd):
     assert not np.array_equal(read(tmp_path / "Top_01.exr"), read(tmp_path / "Camera_01.exr"))
 
 
+def test_the_data_passes_stand_beside_the_layers(blend, tmp_path, capfd):
+    bpy.data.scenes["First"].hybrid.passes = {"DEPTH", "REFLECTION"}
+    bpy.ops.wm.save_mainfile()
+    run(capfd, render(blend, tmp_path / "o.exr", "--passes", tmp_path / "p"))
+    layers = ["depth.exr", "mask.exr", "raster.exr", "reflection.exr", "traced.exr"]
+    assert names(tmp_path / "p") == layers
+    depth, mask, reflection = (read(tmp_path / "p" / f"{name}.exr") for name in ("depth", "mask", "reflection"))
+    seen = mask[..., 0] == 1
+    assert seen.any()
+    assert (depth < 1e9).any()
+    assert (reflection[..., :3] <= read(tmp_path / "p" / "traced.exr")[..., :3] + 1e-6).all()
+    assert reflection.any()
+
+
 def test_the_camera_asked_for_wins_over_markers_and_both_come_back(blend, tmp_path, capfd):
     scene = bpy.data.scenes["First"]
     marker = scene.timeline_markers.new("Cut", frame=1)

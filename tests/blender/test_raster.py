@@ -131,6 +131,8 @@ def test_the_passes_and_the_report_tell_which_hits_were_backed(rendered):
     assert hits["backed"] > hits["not_backed"] > 0
     assert rendered.result.report["settings"]["raster_backed"] is True
     np.testing.assert_array_equal(rendered.passes["Reflection"], rendered.result.traced[..., :3])
+    assert rendered.result.passes.keys() == {"raster_backed", "reflection"}
+    np.testing.assert_array_equal(rendered.passes["Raster-Backed"][..., 0], rendered.result.passes["raster_backed"])
 
 
 def test_only_who_asks_for_it_pays_for_the_depth(rendered):

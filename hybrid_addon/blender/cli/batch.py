@@ -104,7 +104,8 @@ def _shot(
     passes = {}
     if arguments.passes:
         ends = "_".join(["", *tail, *([f"{frame:04d}"] if numbered else [])])
-        passes = {name: arguments.passes / f"{name}{ends}.exr" for name in PASSES}
+        wanted = (*PASSES, *sorted(name.lower() for name in scene.hybrid.passes))
+        passes = {name: arguments.passes / f"{name}{ends}.exr" for name in wanted}
     return Shot(scene, camera, frame, picture, passes)
 
 

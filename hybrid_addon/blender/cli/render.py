@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+import numpy as np
 
 from ...presets import QUALITY
 from .. import api, flags, handoff, images, nodes
@@ -69,7 +70,9 @@ def add(verbs: Verbs) -> None:
     render.add_argument(
         "--report", type=Path, metavar="PATH.json", help="what was done, what it cost, what was left out"
     )
-    render.add_argument("--passes", type=Path, metavar="DIR", help="also write raster, mask and traced as EXR")
+    render.add_argument(
+        "--passes", type=Path, metavar="DIR", help="also write raster, mask, traced and the data passes as EXR"
+    )
     render.add_argument(
         "--handoff", action="store_true",
         help="also write DIR/composite.blend, from which Blender without the add-on composites the passes",
@@ -175,7 +178,8 @@ def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, A
         threads=arguments.threads,
     )
     for name, path in shot.passes.items():
-        images.write_exr(path, getattr(result, name))
+        plane = result.passes.get(name) if name not in batch.PASSES else getattr(result, name)
+        images.write_exr(path, np.zeros_like(result.mask) if plane is None else plane)
     images.write_render_result(shot.picture, shot.scene)
     return result.report
 
