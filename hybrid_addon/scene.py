@@ -374,6 +374,8 @@ class Settings:
     transparent   : where camera rays see the world, pixels where nothing is hit get alpha 0 (Film > Transparent).
     raster_shadows : work out, too, the shadows that flagged objects cast on all others (`Film.shadow`).
     threads       : worker threads, 0 = all cores. chunk: camera rays a thread takes at once. Neither changes a pixel.
+    processes     : as many forked processes do the work of the threads, where there are four or more, the system can
+                    fork and the picture is worth it (`tracer.forks`). Changes no pixel.
     seed          : of the sampling pattern, together with the pixel's absolute position.
     shadow_samples : rays to each light that has a size, for each hit, spread over the light; 0 = hard shadows.
     adaptive      : 0 = all samples in every pixel; else pixels stop at 4 whose samples and neighbours agree in what
@@ -393,6 +395,7 @@ class Settings:
     see: Literal["FLAGGED", "RASTER", "ALL"] = "FLAGGED"
     transparent: bool = False
     threads: int = 0
+    processes: bool = False
     chunk: int = 1 << 16
     seed: int = 0
     cutoff: float = 0.0

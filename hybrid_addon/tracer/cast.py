@@ -70,7 +70,8 @@ def _trace(
 ) -> list[Float32]:
     """Radiance (3, m) of the pixels in both views, with the same samples: all, or as many as there is time for."""
     samples, began = scene.settings.samples, time.perf_counter()
-    both = [(Passes(view, None), Totals.zeros(n, False)) for view in views]
+    tracers = [Passes(view, None) for view in views]
+    both = [(passes, Totals.zeros(n, False, shared=passes.forks)) for passes in tracers]
     taken, count = 0, samples if deadline == math.inf else 1
     while taken < samples:
         for number, (passes, totals) in enumerate(both):

@@ -103,3 +103,8 @@ class CompiledScene:
         """What camera rays see when everything that is not flagged steps aside; built when first asked for."""
         with self._lock:
             return self._set(self.geometry.camera & self.geometry.ray_traced)
+
+    def build_all(self) -> None:
+        """Build now what is built when first asked for: a forked process cannot."""
+        if self.media.rows:
+            _ = self.solids

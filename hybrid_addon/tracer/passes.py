@@ -11,7 +11,7 @@ import math
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from .camera import generate_rays
 from .compiled import CompiledScene
 from .film import film_positions
+from .forks import AVAILABLE, FEWEST, WORTH_IT, Forks, Work
 from .primitives import PrimitiveSet
 from .rays import camera_rays
 from .sampler import Sampler, pixel_keys
@@ -32,6 +33,8 @@ from .whitted import trace_rays
 
 Progress = Callable[[float], bool]
 Pixels = NDArray[np.intp]
+Finished = Callable[[Tally], None]
+Watch = Callable[[], None]
 
 POLL_SECONDS = 0.1
 """How often the caller hears of progress, and may cancel."""
@@ -86,6 +89,8 @@ class Passes:
         self.tally = Tally()
         self.stop = threading.Event()
         self.progress = progress
+        self.forks = self.settings.processes and AVAILABLE
+        self._finished = 0
         self.identity = identities(scene.geometry) if scene.settings.adaptive > 0 else None
 
     def run(
@@ -104,25 +109,44 @@ class Passes:
         share = max(SMALLEST_SHARE, len(pixels) * work.count // (2 * threads))  # a small picture is for all threads
         longest = min(self.settings.chunk, LONGEST_CHUNK if deadline == math.inf else SHORT_CHUNK)
         size = max(1, min(longest, share) // work.count)
-        (done, until), in_time = progress, True
-        chunks: Iterator[Pixels] = (pixels[i : i + size] for i in range(0, len(pixels), size))
+        chunks = [slice(i, i + size) for i in range(0, len(pixels), size)]
+        (done, until), self._finished = progress, 0
+
+        def trace(chunk: int) -> tuple[Tally, bool]:
+            return self._trace_chunk(pixels[chunks[chunk]], work, totals, deadline)
+
+        def finished(tally: Tally) -> None:
+            self.tally.merge(tally)
+            self._finished += 1
+
+        def watch() -> None:
+            self.report(done + (until - done) * self._finished / max(len(chunks), 1))
+
+        left, in_time = list(range(len(chunks))), True
+        number = min(threads, len(chunks))
+        if totals.shared and number >= FEWEST and len(pixels) * work.count >= WORTH_IT:
+            self.scene.build_all()
+            left, in_time = _over_processes(number, trace, len(chunks), finished, watch)
+        return self._over_threads(threads, trace, left, finished, watch) and in_time
+
+    def _over_threads(self, threads: int, trace: Work, chunks: list[int], finished: Finished, watch: Watch) -> bool:
+        """Do chunks; whether all came to their end in time."""
+        in_time, waiting = True, iter(chunks)
         pending: set[Future[tuple[Tally, bool]]] = set()
-        finished = 0
         with ThreadPoolExecutor(threads, thread_name_prefix="hybrid-tracer") as pool:
             try:
                 # A short queue: cancelling must not wait for chunks that nobody has begun.
                 while True:
-                    while in_time and len(pending) < 2 * threads and (chunk := next(chunks, None)) is not None:
-                        pending.add(pool.submit(self._trace_chunk, chunk, work, totals, deadline))
+                    while in_time and len(pending) < 2 * threads and (chunk := next(waiting, None)) is not None:
+                        pending.add(pool.submit(trace, chunk))
                     if not pending:
                         return in_time
                     complete, pending = wait(pending, POLL_SECONDS, FIRST_COMPLETED)
                     for future in complete:
                         tally, complete_chunk = future.result()
-                        self.tally.merge(tally)
+                        finished(tally)
                         in_time &= complete_chunk
-                        finished += size
-                    self.report(done + (until - done) * min(1.0, finished / len(pixels)))
+                    watch()
             except BaseException:
                 self.stop.set()
                 raise
@@ -177,3 +201,24 @@ class Passes:
                 sums.signatures = Signatures(np.zeros(n, np.uint32), self.identity, importance)
             trace_rays(self.scene, rays, work.seen, sums, tally, check, sampler=sampler)
             totals.add(pixels, sums)
+
+
+def _over_processes(number: int, trace: Work, chunks: int, finished: Finished, watch: Watch) -> tuple[list[int], bool]:
+    """Do chunks in forked processes: which are left, because they failed; and whether the others were in time."""
+    given, left, in_time = 0, set(range(chunks)), True
+    with Forks(number, trace) as processes:
+        while True:
+            while in_time and given < chunks and given - (chunks - len(left)) < 2 * number:
+                processes.give(given)
+                given += 1
+            if given == chunks or not in_time:
+                processes.no_more()
+            answers = processes.answers(POLL_SECONDS)
+            if answers is None:
+                processes.check()
+                return sorted(left), in_time
+            for chunk, tally, complete in answers:
+                left.discard(chunk)
+                finished(tally)
+                in_time &= complete
+            watch()

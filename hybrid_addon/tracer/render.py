@@ -93,7 +93,7 @@ class _Frame:
         self.must_fill = self.mask is not None and self.settings.see == "FLAGGED"
         self.passes = Passes(self.scene, progress)
         self.tally = self.passes.tally
-        self.total = Totals.zeros(n, is_adaptive(scene), wanted_parts(self.settings))
+        self.total = Totals.zeros(n, is_adaptive(scene), wanted_parts(self.settings), self.passes.forks)
         self.schedule = Schedule(scene, self.passes, self.total, self.pixels, self.mask, deadline)
         self.skipped = list(self.scene.plan.skipped)
         self.shadow: Float32 | None = None

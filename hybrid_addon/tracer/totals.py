@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .constants import HALVES_TO_ERROR, SAMPLING_SLOPE
+from .forks import shared_zeros
 from .sums import LIGHT_PASSES, Sums
 
 Bools = NDArray[np.bool_]
@@ -23,6 +25,7 @@ class Totals:
     radiance : (3, n) float64   seen : (n,) float64 samples that count   residual : (n,) float64 throughput cut off
     samples  : (n,) int32, camera samples taken.
     variance : (n,) float32, estimate of the squared error of the mean, over the channels; NaN where unknown.
+    shared   : forked processes may add to them.
     signature, uneven, low, high : of the samples of signed passes, where adaptive sampling asks: the signature (n,) of
                the first, whether others differ from it (n,), and the extremes (3, n) float32 of those that count.
     parts    : light passes, by name: (channels, n) float64 (see `Sums.parts`).
@@ -38,22 +41,33 @@ class Totals:
     low: Float32 | None
     high: Float32 | None
     parts: dict[str, Float64] = field(default_factory=dict)
+    shared: bool = False
 
     @classmethod
-    def zeros(cls, n: int, signed: bool, parts: Iterable[str] = ()) -> Totals:
-        """Nothing yet. signed: room for what adaptive sampling asks. parts: light passes that are wanted."""
-        return cls(
-            np.zeros((3, n)),
-            np.zeros(n),
-            np.zeros(n),
-            np.zeros(n, np.int32),
-            np.full(n, np.nan, np.float32),
-            np.zeros(n, np.uint32) if signed else None,
-            np.zeros(n, bool) if signed else None,
-            np.full((3, n), np.inf, np.float32) if signed else None,
-            np.zeros((3, n), np.float32) if signed else None,
-            {name: np.zeros((LIGHT_PASSES[name], n)) for name in parts},
+    def zeros(cls, n: int, signed: bool, parts: Iterable[str] = (), shared: bool = False) -> Totals:
+        """Nothing yet.
+
+        signed : room for what adaptive sampling asks.   parts : light passes that are wanted.
+        shared : with the forked processes that fill it.
+        """
+        zeros: Callable[..., NDArray[Any]] = shared_zeros if shared else np.zeros
+        totals = cls(
+            zeros((3, n), np.float64),
+            zeros((n,), np.float64),
+            zeros((n,), np.float64),
+            zeros((n,), np.int32),
+            zeros((n,), np.float32),
+            zeros((n,), np.uint32) if signed else None,
+            zeros((n,), bool) if signed else None,
+            zeros((3, n), np.float32) if signed else None,
+            zeros((3, n), np.float32) if signed else None,
+            {name: zeros((LIGHT_PASSES[name], n), np.float64) for name in parts},
+            shared,
         )
+        totals.variance.fill(np.nan)
+        if totals.low is not None:
+            totals.low.fill(np.inf)
+        return totals
 
     def add(self, pixels: Pixels, sums: Sums) -> None:
         """Add a pass over some pixels (each once)."""

@@ -1,0 +1,124 @@
+"""Forked processes do the work of threads: the same picture, bit for bit, and none of them is left."""
+
+import os
+import signal
+import threading
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hybrid_addon.scene import PointLight, Settings, World
+from hybrid_addon.tracer import forks, passes
+from hybrid_addon.tracer.render import Cancelled, trace
+
+pytestmark = pytest.mark.skipif(not forks.AVAILABLE, reason="this system does not fork")
+HOW = Settings(
+    samples=8, see="ALL", threads=4, adaptive=0.05, cutoff=1 / 255, chunk=4096, passes=frozenset({"samples"})
+)
+
+
+@pytest.fixture(scope="module")
+def scene(build):
+    """Glass, a mirror and a floor under a lamp of some size: every kind of ray."""
+    floor = build.quad([(-9, -9, -1), (9, -9, -1), (9, 9, -1), (-9, 9, -1)])
+    lamp = PointLight("lamp", (3, 2, 6), (400, 400, 300), radius=0.5)
+    return build.scene(
+        (build.icosphere(3, smooth=True), build.glass()), (build.box((1.2, -1, -1), (2, 0, 1)), build.mirror(0.8)),
+        (floor, build.matte()), camera=build.camera((0, -6, 3), up=(0, 0, 1), size=(200, 160)), lights=(lamp,),
+        world=World((0.4, 0.5, 0.8)),
+    )  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch):
+    monkeypatch.setattr(passes, "WORTH_IT", 1)
+
+
+def children():
+    """Processes of this one that are there."""
+    own = os.getpid()
+    return [path for path in os.listdir("/proc") if path.isdigit() and parent(path) == own]
+
+
+def parent(number):
+    try:
+        with open(f"/proc/{number}/stat", encoding="ascii", errors="replace") as file:
+            return int(file.read().rpartition(")")[2].split()[1])
+    except OSError:
+        return None
+
+
+def test_the_picture_is_that_of_threads(scene):
+    before = children()
+    threads, processes = trace(scene, HOW), trace(scene, replace(HOW, processes=True))
+    for name in ("radiance", "coverage", "residual"):
+        np.testing.assert_array_equal(getattr(processes, name), getattr(threads, name))
+    np.testing.assert_array_equal(processes.passes["samples"], threads.passes["samples"])
+    assert processes.rays == threads.rays
+    assert processes.sampling == threads.sampling
+    assert processes.time["shade"]["cpu"] > 0
+    assert children() == before
+
+
+def test_the_work_is_done_elsewhere(scene, monkeypatch):
+    """Else the test above shows nothing."""
+    here = []
+    monkeypatch.setattr(passes, "trace_rays", lambda *a, **k: here.append(os.getpid()))
+    trace(scene, replace(HOW, processes=True, adaptive=0.0))
+    assert not here
+
+
+def test_cancelling_ends_them(scene):
+    before, asked = children(), []
+
+    def progress(fraction):
+        asked.append(fraction)
+        return fraction < 0.1
+
+    with pytest.raises(Cancelled):
+        trace(scene, replace(HOW, samples=64, adaptive=0.0, processes=True), progress=progress)
+    assert asked[-1] < 1
+    assert children() == before
+
+
+def test_the_deadline_holds(scene):
+    film = trace(scene, replace(HOW, samples=4096, adaptive=0.0, processes=True), deadline=time.perf_counter() + 1.0)
+    assert film.time["trace"]["wall"] < 4.0
+    assert np.isfinite(film.radiance).all()
+
+
+def test_one_that_is_killed_is_named(scene):
+    before = children()
+
+    def kill():
+        while not (new := set(children()) - set(before)):
+            time.sleep(0.01)
+        os.kill(int(new.pop()), signal.SIGKILL)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    with pytest.raises(forks.ForkKilled, match=r"signal 9.*memory"):
+        trace(scene, replace(HOW, samples=64, adaptive=0.0, processes=True))
+    killer.join()
+    assert children() == before
+
+
+def test_what_fails_in_a_process_fails_here(scene, monkeypatch):
+    def fail(*_arguments, **_more):
+        raise ZeroDivisionError("in the tracer")
+
+    monkeypatch.setattr(passes, "trace_rays", fail)
+    with pytest.raises(ZeroDivisionError, match="in the tracer"):
+        trace(scene, replace(HOW, processes=True))
+
+
+def test_sums_of_all_processes_meet_in_one_array():
+    shared = forks.shared_zeros((3, 5), np.float64)
+    child = os.fork()
+    if child == 0:
+        shared[1] = 7
+        os._exit(0)
+    os.waitpid(child, 0)
+    assert (shared[1] == 7).all() and not shared[[0, 2]].any()
