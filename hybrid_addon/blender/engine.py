@@ -167,6 +167,7 @@ def tracer_settings(scene: bpy.types.Scene) -> Settings:
         see="ALL" if scene.hybrid.mode == "FULL" else "FLAGGED",
         transparent=scene.render.film_transparent,
         threads=scene.hybrid.threads,
+        processes=bpy.app.background,  # no graphics driver's or window's threads to fork beside
     )
 
 

@@ -55,7 +55,8 @@ def test_the_picture_is_that_of_threads(scene):
     threads, processes = trace(scene, HOW), trace(scene, replace(HOW, processes=True))
     for name in ("radiance", "coverage", "residual"):
         np.testing.assert_array_equal(getattr(processes, name), getattr(threads, name))
-    np.testing.assert_array_equal(processes.passes["samples"], threads.passes["samples"])
+    for name in ("samples", "reflection"):
+        np.testing.assert_array_equal(processes.passes[name], threads.passes[name])
     assert processes.rays == threads.rays
     assert processes.sampling == threads.sampling
     assert processes.time["shade"]["cpu"] > 0
