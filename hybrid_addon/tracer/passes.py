@@ -45,9 +45,15 @@ LONGEST_CHUNK = 1 << 22
 SMALLEST_SHARE = 1 << 13
 """Small pictures are split evenly over the threads, but not into fewer camera rays than pay for a wave's overhead."""
 
-
 SHORT_CHUNK = 1 << 14
-"""Camera rays that a thread takes at once against a deadline: what is not done by then is lost."""
+"""Camera rays that are taken at once against a deadline: what is not done by then is lost; and by a process.
+
+Processes do not wait for one another's lock, so the thousand calls that each chunk costs are cheap, and what stays in a
+core's cache is not fetched twice: on 16 cores a fifth faster than 2^16.
+"""
+
+FORKED_SHARES = 8
+"""Chunks for each process in small pictures: few of a glass's pixels can cost as much as all others together."""
 
 
 class Cancelled(Exception):
@@ -106,8 +112,10 @@ class Passes:
         progress : the fractions done before and after this pass.
         """
         threads = self.settings.threads or os.cpu_count() or 1
-        share = max(SMALLEST_SHARE, len(pixels) * work.count // (2 * threads))  # a small picture is for all threads
-        longest = min(self.settings.chunk, LONGEST_CHUNK if deadline == math.inf else SHORT_CHUNK)
+        n = len(pixels) * work.count
+        forked = totals.shared and threads >= FEWEST and n >= WORTH_IT
+        share = max(SMALLEST_SHARE, n // ((FORKED_SHARES if forked else 2) * threads))
+        longest = min(self.settings.chunk, SHORT_CHUNK if forked or deadline < math.inf else LONGEST_CHUNK)
         size = max(1, min(longest, share) // work.count)
         chunks = [slice(i, i + size) for i in range(0, len(pixels), size)]
         (done, until), self._finished = progress, 0
@@ -123,10 +131,9 @@ class Passes:
             self.report(done + (until - done) * self._finished / max(len(chunks), 1))
 
         left, in_time = list(range(len(chunks))), True
-        number = min(threads, len(chunks))
-        if totals.shared and number >= FEWEST and len(pixels) * work.count >= WORTH_IT:
+        if forked:
             self.scene.build_all()
-            left, in_time = _over_processes(number, trace, len(chunks), finished, watch)
+            left, in_time = _over_processes(min(threads, len(chunks)), trace, len(chunks), finished, watch)
         return self._over_threads(threads, trace, left, finished, watch) and in_time
 
     def _over_threads(self, threads: int, trace: Work, chunks: list[int], finished: Finished, watch: Watch) -> bool:

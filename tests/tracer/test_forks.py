@@ -14,9 +14,8 @@ from hybrid_addon.tracer import forks, passes
 from hybrid_addon.tracer.render import Cancelled, trace
 
 pytestmark = pytest.mark.skipif(not forks.AVAILABLE, reason="this system does not fork")
-HOW = Settings(
-    samples=8, see="ALL", threads=4, adaptive=0.05, cutoff=1 / 255, chunk=4096, passes=frozenset({"samples"})
-)
+PASSES = frozenset({"samples", "reflection"})
+HOW = Settings(samples=8, see="ALL", threads=4, adaptive=0.05, cutoff=1 / 255, chunk=4096, passes=PASSES)
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +54,7 @@ def test_the_picture_is_that_of_threads(scene):
     threads, processes = trace(scene, HOW), trace(scene, replace(HOW, processes=True))
     for name in ("radiance", "coverage", "residual"):
         np.testing.assert_array_equal(getattr(processes, name), getattr(threads, name))
-    for name in ("samples", "reflection"):
+    for name in PASSES:
         np.testing.assert_array_equal(processes.passes[name], threads.passes[name])
     assert processes.rays == threads.rays
     assert processes.sampling == threads.sampling

@@ -34,7 +34,7 @@ def rays(bench: Bench) -> list[Table]:
             bench.say(f"{name}, {samples} samples")
             how = replace(settings, samples=samples, see="ALL", threads=n)
             with recorded() as recording:
-                trace(scene, how)
+                trace(scene, replace(how, processes=False))
             timings = bench.side_by_side(
                 {"tracer": partial(files.traced, scene, how), "bare": partial(recording.replay, n)}
             )
@@ -54,22 +54,22 @@ def rays(bench: Bench) -> list[Table]:
 
 
 def threads(bench: Bench) -> list[Table]:
-    """One thread to all of them: the tracer, and bare embreex calls, which no tracer can exceed."""
+    """One thread to all of them (forked processes from four on): the tracer, and bare embreex calls, its limit."""
     size = (128, 96) if bench.quick else (1024, 768)
     steps = [t for t in (1, 2, 4, 8, 16, 32, 64, 128) if t < cores()] + [cores()]
     table = Table(
-        f"Threads, {size[0]}x{size[1]}",
+        f"Threads, or processes, {size[0]}x{size[1]}",
         ["scene", "samples", "threads", "trace s", "speed-up", "efficiency", "bare embreex s", "its speed-up"],
         note="Tracing only: the tree is built before. Bare: the rays of 1 sample.",
     )
-    for name, samples in (("simple", 1), ("intermediate", 1 if cores() < MANY_CORES else 4)):
+    for name, samples in (("simple", 1 if cores() < MANY_CORES else 8), ("intermediate", 1)):
         if bench.is_over(table):
             break
         scene, settings = files.translated(name, size)
         how = replace(settings, samples=samples, see="ALL")
         bench.say(f"{name}, {samples} samples, threads {steps}")
         with recorded() as recording:
-            trace(scene, replace(how, samples=1))
+            trace(scene, replace(how, samples=1, processes=False))
         tracer = bench.side_by_side({str(t): partial(files.traced, scene, replace(how, threads=t)) for t in steps})
         bare = bench.side_by_side({str(t): partial(recording.replay, t) for t in steps})
         seconds = [timing.phase("trace") for timing in tracer.values()]
