@@ -133,6 +133,6 @@ def test_ruff_bans_the_same_modules() -> None:
     inside = {pattern for pattern in exempt if pattern.startswith("hybrid_addon/")}
     assert inside == {
         "hybrid_addon/blender/*",
-        "hybrid_addon/blender/{ui,operators,advice}.py",
+        "hybrid_addon/blender/{ui,operators,advice,picker}.py",
         "hybrid_addon/tracer/accel.py",
     }

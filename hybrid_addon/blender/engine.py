@@ -257,12 +257,20 @@ def _stage(progress: Progress, phase: str, work: Callable[..., Any], *args: Any,
     return work(*args, **kwargs)
 
 
-def _window(scene: bpy.types.Scene, resolution: tuple[int, int], size: tuple[int, int]) -> Window:
+def border(scene: bpy.types.Scene, resolution: tuple[int, int]) -> Window:
     """The render border in pixels. Blender multiplies in single precision and truncates (render/intern/pipeline.cc)."""
+    b_render = scene.render
+    width, height = map(np.float32, resolution)
+    low, high = (b_render.border_min_x, b_render.border_min_y), (b_render.border_max_x, b_render.border_max_y)
+    (x0, y0), (x1, y1) = ((int(np.float32(x) * width), int(np.float32(y) * height)) for x, y in (low, high))
+    return (x0, y0, x1, y1)
+
+
+def _window(scene: bpy.types.Scene, resolution: tuple[int, int], size: tuple[int, int]) -> Window:
+    """The part of the frame that Blender asks for, which has the size that it says."""
     if size == resolution and not scene.render.use_border:
         return (0, 0, *resolution)
-    x0 = int(np.float32(scene.render.border_min_x) * np.float32(resolution[0]))
-    y0 = int(np.float32(scene.render.border_min_y) * np.float32(resolution[1]))
+    x0, y0, _, _ = border(scene, resolution)
     return (x0, y0, x0 + size[0], y0 + size[1])
 
 

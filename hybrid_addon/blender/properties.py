@@ -5,7 +5,7 @@
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import Collection, Context, Material, Object, PropertyGroup, Scene
 
-from . import pipeline, preview
+from . import insets, pipeline, preview
 
 
 def _flag_changed(settings: "HybridObjectSettings", _context: Context) -> None:
@@ -30,6 +30,10 @@ def _passes_changed(settings: "HybridSceneSettings", _context: Context) -> None:
 
 def _preview_changed(_settings: "HybridSceneSettings", _context: Context) -> None:
     preview.setting_changed()
+
+
+def _insets_changed(_settings: "HybridSceneSettings", _context: Context) -> None:
+    insets.redraw()
 
 
 class SurfaceValues:
@@ -285,6 +289,13 @@ class HybridSceneSettings(PropertyGroup):
         subtype="TIME_ABSOLUTE",
         options=set(),
         update=_preview_changed,
+    )
+    insets: BoolProperty(  # type: ignore[valid-type]
+        name="Insets",
+        description="Mask and traced half as two small pictures over the Render Result",
+        default=False,
+        options=set(),
+        update=_insets_changed,
     )
     # What the pipeline has to put back (JSON).
     restore: StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]

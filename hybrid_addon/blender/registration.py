@@ -6,9 +6,17 @@ import atexit
 
 import bpy
 
-from . import advice, cli, engine, handlers, operators, pipeline, preview, properties, ui
+from . import advice, cli, engine, handlers, insets, operators, picker, pipeline, preview, properties, ui
 
-_CLASSES = (*properties.CLASSES, *operators.CLASSES, *engine.CLASSES, *ui.CLASSES, *advice.CLASSES)
+_CLASSES = (
+    *properties.CLASSES,
+    *operators.CLASSES,
+    *picker.CLASSES,
+    *insets.CLASSES,
+    *engine.CLASSES,
+    *ui.CLASSES,
+    *advice.CLASSES,
+)
 _registered = False
 
 
@@ -40,6 +48,7 @@ def unregister() -> None:
             handlers.push_undo()
     cli.unregister()
     ui.unregister()
+    insets.forget()
     preview.unregister()
     handlers.unregister()
     for cls in reversed(_CLASSES):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ..report.frame import summary
-from . import pipeline, preview, results
+from . import picker, pipeline, preview, results
 from .api import GEOMETRY
 from .flags import Flags
 
@@ -171,6 +171,23 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
                 column.label(text=line)
 
 
+class HYBRID_IMAGE_PT_settings(bpy.types.Panel):
+    bl_label = "Hybrid"
+    bl_space_type = "IMAGE_EDITOR"
+    bl_region_type = "UI"
+    bl_category = "Hybrid"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.scene.hybrid.enabled and picker.shows_render(context.space_data)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.operator("hybrid.explain_pixel", icon="EYEDROPPER")
+        layout.prop(context.scene.hybrid, "insets")
+
+
 CLASSES = (
     HYBRID_MT_surface_presets,
     HYBRID_MT_quality_presets,
@@ -179,6 +196,7 @@ CLASSES = (
     HYBRID_MATERIAL_PT_settings,
     HYBRID_COLLECTION_PT_settings,
     HYBRID_RENDER_PT_settings,
+    HYBRID_IMAGE_PT_settings,
 )
 
 
@@ -203,11 +221,18 @@ def _draw_collection_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> 
     self.layout.operator("hybrid.collection_toggle")
 
 
+def _draw_image_menu(self: bpy.types.Menu, context: bpy.types.Context) -> None:
+    if context.scene.hybrid.enabled and picker.shows_render(context.space_data):
+        self.layout.separator()
+        self.layout.operator("hybrid.explain_pixel", icon="EYEDROPPER")
+
+
 _EXTENDED = {
     "VIEW3D_HT_header": _draw_view3d_header,
     "VIEW3D_MT_object": _draw_object_menu,
     "OUTLINER_MT_object": _draw_object_menu,
     "OUTLINER_MT_collection": _draw_collection_menu,
+    "IMAGE_MT_image": _draw_image_menu,
 }
 
 

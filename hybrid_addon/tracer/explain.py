@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..scene import Float32
 from .camera import generate_rays
 from .compiled import CompiledScene
 from .interaction import Interaction
@@ -15,7 +16,7 @@ from .signature import REFLECTED, TRANSMITTED, child_path
 from .spawn import share_out
 from .sums import Sums
 from .tally import Tally
-from .vectors import Index
+from .vectors import Array, Index
 from .whitted import add_escaped, add_light, trace_rays
 
 RGB = tuple[float, float, float]
@@ -61,7 +62,15 @@ def explain(scene: CompiledScene, x: int, y: int) -> Node:
         tree = _Tree(scene, rays)
         sums = Sums.zeros(1, 1, settings.cutoff)
         trace_rays(scene, rays, scene.seen_by_camera, sums, tally, lambda: None, tree.watch)
+    tree.root.distance += _skipped(scene, origin, direction)
     return tree.root
+
+
+def _skipped(scene: CompiledScene, origin: Float32, direction: Array) -> float:
+    """Metres from the camera, or for an orthographic one its plane, to where its ray begins."""
+    matrix = scene.camera.matrix_world
+    axis, eye = -matrix[:3, 2], matrix[:3, 3] - scene.geometry.center
+    return float(axis @ (origin[:, 0] - eye) / (axis @ direction[:, 0]))
 
 
 class _Tree:

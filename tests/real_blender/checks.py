@@ -321,6 +321,18 @@ def far(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.abs(a[90:700, :1000, :3] - b[90:700, :1000, :3]).max(axis=-1) > 0.1
 
 
+def test_a_first_hour_by_keys_and_clicks(blender: Blender, folder: Path) -> None:
+    """Enable, tick, F12, insets, a pixel clicked, a slider, undo, save, reopen, F12, disable: as it was."""
+    output = folder / "artist"
+    output.mkdir()
+    printed = blender("--enable-event-simulate", "--python", HERE / "artist.py", "--", output, command=XVFB_BLENDER)
+    assert "ARTIST: done" in printed, printed
+    lines = (output / "pixel.txt").read_text(encoding="utf-8").splitlines()
+    assert lines[0].startswith("pixel 60, 45: radiance ") and "to 'Cube'" in lines[1]
+    insets, disabled = read(output / "insets.png"), read(output / "disabled.png")
+    assert far(insets, disabled).mean() > 0.02, "nothing was drawn, or it stayed"
+
+
 @pytest.mark.parametrize("seed", [6, 7])
 def test_a_hundred_random_actions_leave_the_file_consistent(blender: Blender, folder: Path, seed: int) -> None:
     """Flag, unflag, delete, rename, undo, redo, copy, save, reload ...: no orphans, no crash, and disable cleans up."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -50,6 +52,16 @@ def test_it_says_what_was_met(room):
     assert [child.kind for child in tree.children] == ["reflected", "refracted"]
     assert any("from inside" in line for line in text) and any("not followed" in line for line in text)
     assert sum(max(child.throughput) for child in tree.children) == pytest.approx(1, abs=1e-6)
+
+
+@pytest.mark.parametrize("projection", ["PERSP", "ORTHO"])
+def test_distances_are_from_the_camera(build, projection):
+    """Rays begin near what they meet, not in the camera: 96 m away, and the wall still is."""
+    wall = build.quad([(-9, 0, -9), (9, 0, -9), (9, 0, 9), (-9, 0, 9)])
+    camera = replace(build.camera((0, -96, 0), up=(0, 0, 1)), projection=projection)
+    tree = explain(CompiledScene(build.scene((wall, build.matte()), camera=camera), Settings(1, 2)), 8, 8)
+    x, z = camera.view_plane[1] / 16, camera.view_plane[3] / 16
+    assert tree.distance == pytest.approx(96 * (1 + x * x + z * z) ** 0.5 if projection == "PERSP" else 96, rel=1e-5)
 
 
 def test_pixels_of_what_eevee_draws_are_named_so(room):
