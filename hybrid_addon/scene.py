@@ -381,7 +381,9 @@ class Settings:
     adaptive      : 0 = all samples in every pixel; else pixels stop at 4 whose samples and neighbours agree in what
                     they met and, within this contrast, in colour. What brings less than this share does not count.
     caustics      : "SIMPLE": shadows of what refracts are brighter in their middle, and darker at their rim, as if it
-                    focused light (`scattering.simple_caustic`).
+                    focused light (`scattering.simple_caustic`). "PHOTONS", with raster_shadows: such shadows are opaque
+                    there, and `Film.caustic` has the light.
+    photons       : how many.
     passes        : passes that are wanted: "depth", "normal", "samples"; "reflection" and "refraction", the light that
                     came by way of such a ray from the first surface; "raster_backed", the share of the light's way that
                     ended at raster-backed hits.
@@ -404,7 +406,8 @@ class Settings:
     keep: frozenset[str] = frozenset()
     shadow_samples: int = 1
     raster_shadows: bool = False
-    caustics: Literal["NONE", "SIMPLE"] = "NONE"
+    caustics: Literal["NONE", "SIMPLE", "PHOTONS"] = "NONE"
+    photons: int = 1 << 19
 
 
 @dataclass(frozen=True, eq=False)
@@ -423,6 +426,8 @@ class Film:
                  falls with; audit, of the pixels that adaptive sampling left alone.
     shadow     : (height, width, 3) float32, the light that the shadows of flagged objects leave over on all that is not
                  flagged, as a share of the light without them; exactly 1 where they take nothing. None: not worked out.
+    caustic    : (height, width, 3) float32, irradiance (W/m^2) of what is not flagged by light that flagged objects
+                 bend or mirror there. None: not worked out.
     passes     : the passes that were asked for, by name: (height, width) or (height, width, 3) float32. Those of
                  light are means as radiance is.
     hits       : of secondary rays: "backed" by the raster, or "not_backed"; 0 both where nothing could be.
@@ -439,4 +444,5 @@ class Film:
     plan: list[dict[str, object]] = field(default_factory=list)
     passes: dict[str, Float32] = field(default_factory=dict)
     shadow: Float32 | None = None
+    caustic: Float32 | None = None
     hits: dict[str, int] = field(default_factory=dict)

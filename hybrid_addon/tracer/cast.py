@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 from ..scene import AreaLight, Float32, Float64, SunLight
 from .accel import traceable
 from .camera import generate_rays
+from .casters import Casters, find_casters
 from .compiled import CompiledScene
-from .constants import CASTER_BALLS, REACH_MARGIN
+from .constants import REACH_MARGIN
 from .lights import CompiledLight
 from .passes import Pass, Passes, Pixels
 from .tally import Tally
@@ -107,14 +108,14 @@ def _concerned(view: CompiledScene, pixels: Pixels, tally: Tally) -> Pixels:
     spread. What mirrors or lets through shows other places, and always counts.
     """
     x0, y0, x1, y1 = view.camera.window
-    balls = caster_balls(view)
+    casters = find_casters(view)
     reached = np.zeros((y1 - y0) * (x1 - x0), bool)
 
     def look(start: int) -> tuple[Pixels, Tally]:
         band = pixels[start : start + BAND]
         counted = Tally()
         with np.errstate(all="ignore"):
-            return band[_may_be_shadowed(view, band, balls, counted)], counted
+            return band[_may_be_shadowed(view, band, casters, counted)], counted
 
     with ThreadPoolExecutor(view.settings.threads or None) as pool:
         for found, counted in pool.map(look, range(0, len(pixels), BAND)):
@@ -125,7 +126,7 @@ def _concerned(view: CompiledScene, pixels: Pixels, tally: Tally) -> Pixels:
     return pixels[grown[pixels]]
 
 
-def _may_be_shadowed(view: CompiledScene, band: Pixels, balls: Float64, tally: Tally) -> Bools:
+def _may_be_shadowed(view: CompiledScene, band: Pixels, casters: list[Casters], tally: Tally) -> Bools:
     """Which pixels (m,) show, at their centres, places where a shadow may lie."""
     x0, y0, x1, _ = view.camera.window
     geometry, table = view.geometry, view.surfaces
@@ -141,8 +142,8 @@ def _may_be_shadowed(view: CompiledScene, band: Pixels, balls: Float64, tally: T
     found = table.reflects.take(surface) | table.transmits.take(surface)
     for light in view.lights:
         if light.light.cast_shadow:
-            for ball in balls:
-                found |= ball_between(light, point, ball[:3], float(ball[3]))
+            for group in casters:
+                found |= ball_between(light, point, group.center, group.radius)
     result[sound[hit]] = found
     return result
 
@@ -172,46 +173,8 @@ def _half_size(light: CompiledLight, toward: Float64) -> Float64 | float:
     radius = light.light.radius
     if light.light.soft_falloff or radius == 0:
         return radius
-    d2 = dot(toward, toward)  # a ball: the disk that fills the same cone (lights._offset_on_light)
+    d2 = dot(toward, toward)  # a ball: the disk that fills the same cone (lights.offset_on_light)
     return np.asarray(radius * np.sqrt(d2 / np.maximum(d2 - radius * radius, 1e-4 * d2)))
-
-
-def caster_balls(scene: CompiledScene) -> Float64:
-    """Balls (k, 4), centre and radius, k <= CASTER_BALLS, around every flagged primitive that casts a shadow.
-
-    The largest box of primitives is halved along its longest side, again and again.
-    """
-    g = scene.geometry
-    members = np.flatnonzero(g.shadow & g.ray_traced & ~scene.surfaces.shadow_clear[g.surface])
-    nt, ns = g.triangle_count, g.sphere_count
-    if (members >= nt + ns).any():
-        return np.array([[0.0, 0.0, 0.0, np.inf]])
-    low, high = np.empty((len(members), 3)), np.empty((len(members), 3))
-    flat = members < nt
-    corners = g.vertices[g.triangles[members[flat]]].astype(np.float64)
-    low[flat], high[flat] = corners.min(axis=1), corners.max(axis=1)
-    ball = members[~flat] - nt
-    low[~flat] = g.sphere_center[ball] - g.sphere_radius[ball, None]
-    high[~flat] = g.sphere_center[ball] + g.sphere_radius[ball, None]
-    groups = [np.arange(len(members))] if len(members) else []
-    while groups and len(groups) < CASTER_BALLS:
-        sizes = [float(np.max(_sides(low, high, group))) if len(group) > 1 else 0.0 for group in groups]
-        if max(sizes) == 0:
-            break
-        group = groups.pop(int(np.argmax(sizes)))
-        middle = (low[group] + high[group])[:, int(np.argmax(_sides(low, high, group)))]
-        order = np.argsort(middle, kind="stable")
-        groups += [group[order[: len(order) // 2]], group[order[len(order) // 2 :]]]
-    boxes = [_box(low, high, group) for group in groups]
-    return np.array([[*(box.mean(axis=0)), np.linalg.norm(box[1] - box[0]) / 2] for box in boxes]).reshape(-1, 4)
-
-
-def _box(low: Float64, high: Float64, group: Pixels) -> Float64:
-    return np.array([low[group].min(axis=0), high[group].max(axis=0)])
-
-
-def _sides(low: Float64, high: Float64, group: Pixels) -> Float64:
-    return np.asarray(high[group].max(axis=0) - low[group].min(axis=0))
 
 
 def _grow(chosen: Bools, by: int) -> Bools:

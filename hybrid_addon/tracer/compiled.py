@@ -44,10 +44,10 @@ class CompiledScene:
         g = self.geometry
         self.seen_by_camera = self._set(g.camera)
         self.seen_by_secondary = self._set(g.secondary if self.plan.secondary else np.zeros_like(g.secondary))
-        self._make_shadow_sets(g.shadow)
+        self._make_shadow_sets(g.shadow, np.zeros_like(g.shadow))
 
-    def _make_shadow_sets(self, casts: NDArray[np.bool_]) -> None:
-        """Let the primitives `casts` (np,) cast shadows."""
+    def _make_shadow_sets(self, casts: NDArray[np.bool_], blocks: NDArray[np.bool_]) -> None:
+        """Let the primitives `casts` (np,) cast shadows, and `blocks` (np,) of them opaque ones whatever they are."""
         g, table = self.geometry, self.surfaces
         if not self.plan.shadows:
             casts = np.zeros_like(casts)
@@ -56,6 +56,7 @@ class CompiledScene:
             opaque = np.zeros_like(opaque)
         if self.media.shadow_absorption is not None:
             clear = clear & (self.media.rank == self.media.count)  # even a clear solid displaces one that absorbs
+        opaque = opaque | blocks
         self.shadow_opaque = self._set(casts & opaque)
         self.shadow_tinted = self._set(casts & ~opaque & ~clear)
 
@@ -81,16 +82,27 @@ class CompiledScene:
         return other
 
     def raster_view(self, shadowed: bool) -> CompiledScene:
-        """What a rasteriser draws: all but the flagged objects, with the shadows that these cast on it or without."""
+        """What a rasteriser draws: all but the flagged objects, with the shadows that these cast on it or without.
+
+        With photons, no shadow ray goes through what they are to bend.
+        """
         other = self.seen_from(self.camera, replace(self.settings, see="RASTER", adaptive=0.0))
         g = self.geometry
         other.seen_by_camera = self._set(g.camera & ~g.ray_traced)
         secondary = g.secondary & ~g.ray_traced
         other.seen_by_secondary = self._set(secondary if self.plan.secondary else np.zeros_like(secondary))
         other.backing = None  # the raster is what is being worked out
-        if not shadowed:
-            other._make_shadow_sets(g.shadow & ~g.ray_traced)
+        bends = g.ray_traced & self.surfaces.refracts[g.surface]
+        blocks = bends if self.settings.caustics == "PHOTONS" else np.zeros_like(bends)
+        if blocks.any() or not shadowed:
+            other._make_shadow_sets(g.shadow if shadowed else g.shadow & ~g.ray_traced, blocks)
         return other
+
+    def photon_targets(self) -> tuple[PrimitiveSet, PrimitiveSet]:
+        """What photons are sent to, and all that they may meet on their ways from there."""
+        g = self.geometry
+        casters = g.shadow & g.ray_traced
+        return self._set(casters), self._set(casters | ((g.shadow | g.camera) & ~g.ray_traced))
 
     @cached_property
     def solids(self) -> PrimitiveSet:

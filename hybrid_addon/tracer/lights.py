@@ -41,6 +41,11 @@ class CompiledLight:
         return not self.color.any() or (self.light.diffuse == 0 and self.light.specular == 0)
 
     @property
+    def has_place(self) -> bool:
+        """Is not infinitely far."""
+        return not isinstance(self.light, SunLight)
+
+    @property
     def is_soft(self) -> bool:
         """Has a size, and so casts soft shadows."""
         light = self.light
@@ -128,7 +133,7 @@ def shadow_rays(
     is_sun = isinstance(compiled.light, SunLight)
     wi: Float32 = np.broadcast_to(compiled.position, (3, n)) if is_sun else compiled.position - origin
     if square is not None:
-        offset = _offset_on_light(compiled.light, wi, square)
+        offset = offset_on_light(compiled.light, wi, square)
         wi = wi + np.where(dot(wi + offset, normal) > 0, offset, -offset)
     elif is_sun:
         return wi, np.full(n, np.inf, np.float32)
@@ -139,7 +144,7 @@ def shadow_rays(
     return wi, distance
 
 
-def _offset_on_light(light: Light, wi: Float32, square: tuple[Float32, Float32]) -> Float32:
+def offset_on_light(light: Light, wi: Float32, square: tuple[Float32, Float32]) -> Float32:
     """From the centre of a light, seen along wi (3, n), to points of its shape: (3, n).
 
     A sun is a disk of radius tan(angle / 2) at distance 1. A point light is a disk that faces the receiver; as a ball
@@ -178,11 +183,11 @@ def _towards(compiled: CompiledLight, point: Float32, least_distance: Float32) -
     return wi, d2
 
 
-def _window(d2: Float32, reach: float) -> Float32:
+def range_window(d2: Array, reach: float) -> Array:
     """EEVEE's finite range: (1 - (d^2 / R^2)^2)^2 for d < R, else 0."""
     x = d2 * np.float32(1 / (reach * reach))
     w = np.maximum(1 - x * x, np.float32(0))
-    return w * w
+    return np.asarray(w * w)
 
 
 def _illuminate_point(
@@ -196,7 +201,7 @@ def _illuminate_point(
     r2 = np.float32(light.radius * light.radius)
     received = 1 / (d2 + r2) if light.soft_falloff else 1 / np.maximum(d2, r2)
     if np.isfinite(light.range):
-        received *= _window(d2, light.range)
+        received *= range_window(d2, light.range)
     if isinstance(light, SpotLight):
         received *= spot_factor(light, point - compiled.position)
     cosine = np.maximum(dot(wi, normal), np.float32(0))
@@ -241,7 +246,7 @@ def _illuminate_area(
         toward = compiled.position - take(point, near)
         diffuse[near] = np.float32(np.pi) * form_factor([toward + c for c in corners], take(normal, near))
     if np.isfinite(light.range):
-        window = _window(d2, light.range)
+        window = range_window(d2, light.range)
         specular *= window
         diffuse *= window
     return Illumination(wi, diffuse, specular)

@@ -15,6 +15,7 @@ from .constants import FAILED_PIXEL, FILL_SAMPLES
 from .data import depth_and_normal
 from .film import fill_from_neighbours
 from .passes import Cancelled, Pass, Passes, Pixels, Progress
+from .photons import caustic
 from .schedule import END, Schedule, is_adaptive
 from .sums import wanted_parts
 from .tally import Tally
@@ -97,6 +98,7 @@ class _Frame:
         self.schedule = Schedule(scene, self.passes, self.total, self.pixels, self.mask, deadline)
         self.skipped = list(self.scene.plan.skipped)
         self.shadow: Float32 | None = None
+        self.caustic: Float32 | None = None
 
     # -------------------------------------------------------------------------------------------- stages
 
@@ -104,8 +106,8 @@ class _Frame:
         """Trace all wanted pixels, fill those that no sample hit, and develop."""
         began = time.perf_counter()
         if self.settings.raster_shadows:
-            self.shadow = self._raster_shadow()
-            if self.scene.backing is not None:
+            self._work_on_raster()
+            if self.scene.backing is not None and self.shadow is not None:
                 self.scene.backing.shade(self.shadow)
         self.schedule.run()
         for skipped in self.schedule.skipped:
@@ -122,13 +124,21 @@ class _Frame:
         film.time["total"] = {"wall": time.perf_counter() - self.began, "cpu": self._cpu()}
         return film
 
-    def _raster_shadow(self) -> Float32:
-        """Shadows of flagged objects on all others; first, as a time budget would leave none for them later."""
-        shape = (self.height, self.width)
-        if not self.scene.plan.raster_shadows:
-            return np.ones((*shape, 3), np.float32)
+    def _work_on_raster(self) -> None:
+        """Shadows and caustics of flagged objects on all others; first, or a time budget would leave none for them."""
+        shape, wants_photons = (self.height, self.width), self.settings.caustics == "PHOTONS"
         mask = None if self.mask is None else self.mask.reshape(shape)
-        return raster_shadow(self.scene, mask, self.tally, self.deadline, lambda _done: self.passes.report(0.0))
+        self.shadow = np.ones((*shape, 3), np.float32)
+        self.caustic = np.zeros((*shape, 3), np.float32) if wants_photons else None
+        if not self.scene.plan.raster_shadows:
+            return
+
+        def go_on(_done: float = 0.0) -> None:
+            self.passes.report(0.0)
+
+        self.shadow = raster_shadow(self.scene, mask, self.tally, self.deadline, go_on)
+        if wants_photons:
+            self.caustic = caustic(self.scene, mask, self.tally, go_on)
 
     def _cpu(self) -> float:
         return sum(seconds for phase, seconds in self.tally.cpu.items() if phase != "build")
@@ -210,6 +220,7 @@ class _Frame:
             plan=self.scene.plan.table(),
             sampling=self.schedule.sampling,
             shadow=self.shadow,
+            caustic=self.caustic,
             passes=self._passes(parts),
             hits={name: counts[name] for name in ("backed", "not_backed")},
         )

@@ -153,15 +153,15 @@ def _visible_share(
     """What share, (m,) or (3, m), of a light gets to the origins (3, m) at the hits `wanted`: the mean over samples."""
     normal, media = take(hit.n_geometric, wanted), None if hit.media is None else take(hit.media, wanted)
     if hit.draws is None or not light.is_soft:
-        return _visibility(scene, *shadow_rays(light, origin, normal, None), origin, media, tally)
+        return visibility(scene, *shadow_rays(light, origin, normal, None), origin, media, tally)
     draws, parts = hit.draws.take(wanted), scene.settings.shadow_samples
     squares = [draws.square(light.key, part, parts) for part in range(parts)]
     rays = (shadow_rays(light, origin, normal, square) for square in squares)
-    seen = [_visibility(scene, wi, distance, origin, media, tally) for wi, distance in rays]
+    seen = [visibility(scene, wi, distance, origin, media, tally) for wi, distance in rays]
     return seen[0] if parts == 1 else np.asarray(sum(seen) / np.float32(parts), np.float32)
 
 
-def _visibility(
+def visibility(
     scene: CompiledScene, wi: Float32, distance: Float32, origin: Float32, media: Stack | None, tally: Tally
 ) -> Array:
     """What share, (n,) or (3, n), of the light `distance` (n,) along wi (3, n) gets to the origins (3, n).

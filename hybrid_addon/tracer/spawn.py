@@ -44,7 +44,21 @@ def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: S
         return [rays.take(np.zeros(0, np.intp))]
     split = share_out(scene, rays, at)
     reflect_too, transmit_too = _followed(scene, rays, split, sums, tally)
-    waves = []
+    return children(scene, rays, at, t, split, reflect_too, transmit_too, tally)
+
+
+def children(
+    scene: CompiledScene,
+    rays: Rays,
+    at: Interaction,
+    t: Float64,
+    split: Split,
+    reflect_too: Bools,
+    transmit_too: Bools,
+    tally: Tally,
+) -> list[Rays]:
+    """The rays that hits (n,) send on as they share out, where they are to."""
+    plan, waves = scene.plan, []
     if plan.reflection:
         waves.append(_reflected(rays, at, split, select(reflect_too), tally))
     if plan.refraction:

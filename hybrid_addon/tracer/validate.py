@@ -79,8 +79,12 @@ def _check_settings(settings: Settings) -> None:
     )
     _require(0 <= settings.cutoff < 1, f"settings: cutoff must lie in 0..1, got {settings.cutoff}")
     _require(0 <= settings.adaptive < 1, f"settings: adaptive must lie in 0..1, got {settings.adaptive}")
-    caustics = ("NONE", "SIMPLE")
-    _require(settings.caustics in caustics, f"settings: caustics must be NONE or SIMPLE, got {settings.caustics!r}")
+    caustics = ("NONE", "SIMPLE", "PHOTONS")
+    _require(
+        settings.caustics in caustics,
+        f"settings: caustics must be NONE, SIMPLE or PHOTONS, got {settings.caustics!r}",
+    )
+    _require(0 <= settings.photons < 1 << 31, f"settings: photons must lie in 0..2^31, got {settings.photons}")
     see = ("FLAGGED", "RASTER", "ALL")
     _require(settings.see in see, f"settings: see must be FLAGGED, RASTER or ALL, got {settings.see!r}")
 
