@@ -37,6 +37,20 @@ def shade(traced: Float32, raster: Float32, shadow: Float32) -> Float32:
     return result
 
 
+def light_up(traced: Float32, irradiance: Float32, albedo: Float32) -> Float32:
+    """The traced layer with the light that it brings to the raster: irradiance (h, w, 3) times albedo over pi.
+
+    albedo : (h, w, >= 3) of what the raster shows, 0 where it is held out. Where there is no such light the layer stays
+             as it is.
+    """
+    _same_size(traced, irradiance)
+    _same_size(traced, albedo)
+    result = traced.copy()
+    lit = irradiance != 0
+    result[..., :3][lit] += (irradiance * albedo[..., :3])[lit] * np.float32(1 / np.pi)
+    return result
+
+
 def add(raster: Float32, traced: Float32) -> Float32:
     """The composite of a raster whose flagged objects are held out and the traced layer that fills the hole.
 

@@ -339,10 +339,12 @@ class Raster:
              filter reaches show nothing that is held out (and, over a transparent film, no sky).
     depth  : (height, width) float32, metres along the view axis, not filtered: of one place in each pixel, the same in
              all. NO_DEPTH where there is only sky. Held-out objects have depth, blended materials have none.
+    albedo : (height, width, 3) float32, its diffuse colour, black where held out; None: no light will be added to it.
     """
 
     pixels: Float32
     depth: Float32
+    albedo: Float32 | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -95,6 +95,7 @@ def render(
     shadow_samples: int | None = None,
     traced_shadows: bool | None = None,
     caustics: str | None = None,
+    photons: int | None = None,
     raster_backed: bool | None = None,
     light_falloff: str | None = None,
     resolution: tuple[int, int] | None = None,
@@ -117,6 +118,7 @@ def render(
         "time_budget": time_budget,
         "shadow_samples": shadow_samples,
         "traced_shadows": traced_shadows,
+        "photons": photons,
         "raster_backed": raster_backed,
     }
     overrides = {

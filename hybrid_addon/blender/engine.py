@@ -104,7 +104,7 @@ def trace_frame(
     progress: Progress,
 ) -> tuple[results.Frame, Film]:
     """Read the mask, translate, trace, premultiply: everything between EEVEE and the compositor."""
-    from ..compositor import premultiply, shade
+    from ..compositor import light_up, premultiply, shade
     from ..tracer import Cancelled, trace
     from .sync import translate
 
@@ -112,9 +112,9 @@ def trace_frame(
     mode = scene.hybrid.mode
 
     clock = results.Clock()
-    drawn, mask, depth = None, None, None
+    drawn, mask, depth, albedo = None, None, None, None
     if mode != "FULL":
-        drawn, mask, depth = _stage(progress, "Reading EEVEE's picture", raster.read, scene, window)
+        drawn, mask, depth, albedo = _stage(progress, "Reading EEVEE's picture", raster.read, scene, window)
     timing["mask read"] = clock.read()
 
     clock = results.Clock()
@@ -125,7 +125,9 @@ def trace_frame(
     timing["translate"] = clock.read()
     traced_scene, unfit = translation.scene, "" if depth is None else raster.unfit_to_back(scene)
     if drawn is not None and depth is not None and not unfit:
-        traced_scene = replace(traced_scene, raster=Raster(drawn, raster.without_sky(depth, traced_scene.camera)))
+        traced_scene = replace(
+            traced_scene, raster=Raster(drawn, raster.without_sky(depth, traced_scene.camera), albedo)
+        )
 
     settings = tracer_settings(scene)
     if not progress("Building", 0.0):
@@ -137,6 +139,8 @@ def trace_frame(
     traced = premultiply(film.radiance, mask)
     if drawn is not None and film.shadow is not None:
         traced = shade(traced, drawn, film.shadow)
+    if albedo is not None and film.caustic is not None:
+        traced = light_up(traced, film.caustic, albedo)
     report = frame_report(
         versions=versions(),
         settings=public_settings(scene),
@@ -162,6 +166,7 @@ def tracer_settings(scene: bpy.types.Scene) -> Settings:
         shadow_samples=scene.hybrid.shadow_samples,
         raster_shadows=pipeline.traces_shadows(scene),
         caustics=scene.hybrid.caustics if scene.hybrid.traced_shadows else "NONE",
+        photons=scene.hybrid.photons,
         passes=frozenset(name.lower() for name in scene.hybrid.passes) - {"shadow"},
         filter_radius=scene.render.filter_size,
         see="ALL" if scene.hybrid.mode == "FULL" else "FLAGGED",
@@ -192,6 +197,7 @@ def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:
         "shadow_samples",
         "traced_shadows",
         "caustics",
+        "photons",
         "raster_backed",
         "light_falloff",
         "threads",

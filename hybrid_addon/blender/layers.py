@@ -36,11 +36,11 @@ def mask_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer | None:
 
 
 def sync_mask_layer(
-    scene: bpy.types.Scene, source: bpy.types.ViewLayer, ours: bpy.types.Collection, *, depth: bool
+    scene: bpy.types.Scene, source: bpy.types.ViewLayer, ours: bpy.types.Collection, *, depth: bool, albedo: bool
 ) -> bpy.types.ViewLayer:
     """Make the mask layer show what the source layer shows, with `ours` held out; no other layer shows `ours`.
 
-    depth: the tracer asks for its depth, too.
+    depth, albedo: the tracer asks for these of it, too.
     """
     mask = mask_layer(scene)
     if mask is None:
@@ -50,6 +50,7 @@ def sync_mask_layer(
             if name.startswith("use_pass_"):
                 set_(mask, name, name == "use_pass_combined")
     set_(mask, "use_pass_z", depth)
+    set_(mask, "use_pass_diffuse_color", albedo)
     for name in _LAYER_SETTINGS:
         if hasattr(source, name):
             set_(mask, name, getattr(source, name))

@@ -91,6 +91,11 @@ def traces_shadows(scene: bpy.types.Scene) -> bool:
     return bool(scene.hybrid.traced_shadows and effective_mode(scene) == "HYBRID")
 
 
+def needs_albedo(scene: bpy.types.Scene) -> bool:
+    """Whether light is brought to EEVEE's picture, which depends on the colour of what it shows."""
+    return traces_shadows(scene) and scene.hybrid.caustics == "PHOTONS"
+
+
 def flagged_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """The ray traced objects that the user's layer renders, each once, in the order of its collections.
 
@@ -192,7 +197,7 @@ def sync(scene: bpy.types.Scene) -> None:
         mode = effective_mode(scene)
         source = _sync_source(scene, restore)
         collection = _sync_collection(scene)
-        mask = sync_mask_layer(scene, source, collection, depth=needs_raster(scene))
+        mask = sync_mask_layer(scene, source, collection, depth=needs_raster(scene), albedo=needs_albedo(scene))
         trace = _sync_trace_scene(scene)
         nodes.sync(scene, source, mask, trace, mode, restore)
         set_(mask, "use", mode == "HYBRID")

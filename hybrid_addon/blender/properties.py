@@ -224,6 +224,7 @@ class HybridSceneSettings(PropertyGroup):
         name="Traced Shadows",
         description="Trace the shadows of ray traced objects on what EEVEE draws: glass lets light through",
         default=False,
+        update=_scene_changed,
     )
     caustics: EnumProperty(  # type: ignore[valid-type]
         name="Caustics",
@@ -231,8 +232,18 @@ class HybridSceneSettings(PropertyGroup):
         items=(
             ("NONE", "None", "Light goes straight through: even shadows"),
             ("SIMPLE", "Simple", "Brighten the middle of shadows by angle and IOR: a guess for round bodies, no rays"),
+            ("PHOTONS", "Photons", "Trace photons from the lights through the objects, as light really goes"),
         ),
         default="NONE",
+        update=_scene_changed,
+    )
+    photons: IntProperty(  # type: ignore[valid-type]
+        name="Photons",
+        description="Photons for the caustics of a frame: more make them less grainy",
+        default=1_000_000,
+        min=1,
+        max=2_000_000_000,
+        soft_max=100_000_000,
     )
     raster_backed: BoolProperty(  # type: ignore[valid-type]
         name="Raster-Backed Hits",

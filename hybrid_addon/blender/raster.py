@@ -11,10 +11,13 @@ from .errors import HybridError
 
 Window = tuple[int, int, int, int]
 
+ALBEDO = ("Diffuse Color", "DiffCol")
+"""Names of EEVEE's pass in 5.x and 4.5."""
 
-def read(scene: bpy.types.Scene, window: Window) -> tuple[Float32, Float32, Float32 | None]:
-    """EEVEE's picture without the flagged objects (h, w, 4), their coverage (h, w) and, if it was asked for, the depth
-    of that picture (h, w); all over the window."""
+
+def read(scene: bpy.types.Scene, window: Window) -> tuple[Float32, Float32, Float32 | None, Float32 | None]:
+    """EEVEE's picture without the flagged objects (h, w, 4), their coverage (h, w) and, if they were asked for, the
+    depth (h, w) and the diffuse colour (h, w, 3), black where these are, of that picture; all over the window."""
     from ..compositor import mask_from_alpha
 
     planes = images.read_render_result(scene)
@@ -24,10 +27,12 @@ def read(scene: bpy.types.Scene, window: Window) -> tuple[Float32, Float32, Floa
     raster = _crop(planes[f"{mask_layer.name}.Combined"], window)
     plane = planes.get(f"{mask_layer.name}.Depth") if pipeline.needs_raster(scene) else None
     depth = None if plane is None else _crop(plane, window)[..., 0]
+    planes_of_color = [planes[name] for pass_ in ALBEDO if (name := f"{mask_layer.name}.{pass_}") in planes]
+    albedo = _crop(planes_of_color[0], window)[..., :3] if planes_of_color and pipeline.needs_albedo(scene) else None
     if not scene.render.film_transparent:
-        return raster, mask_from_alpha(raster[..., 3]), depth
+        return raster, mask_from_alpha(raster[..., 3]), depth, albedo
     whole = _crop(planes[f"{pipeline.source_layer(scene).name}.Combined"], window)
-    return raster, mask_from_alpha(raster[..., 3], whole[..., 3]), depth
+    return raster, mask_from_alpha(raster[..., 3], whole[..., 3]), depth, albedo
 
 
 def without_sky(depth: Float32, camera: Camera) -> Float32:

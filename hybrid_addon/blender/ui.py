@@ -156,6 +156,10 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
         row = column.row()
         row.active = settings.traced_shadows
         row.prop(settings, "caustics")
+        if settings.caustics == "PHOTONS":
+            row = column.row()
+            row.active = settings.traced_shadows
+            row.prop(settings, "photons")
         column.prop(settings, "raster_backed")
         column.prop(settings, "light_falloff")
         layout.column(heading="Data Passes").prop(settings, "passes", text="")

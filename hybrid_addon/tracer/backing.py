@@ -71,7 +71,8 @@ class Backing:
     place : (h w,) float64, 1 / depth (perspective) or depth (orthographic): over a plane it is linear in the picture.
     whole : (h w,) bool, pixels whose colour is that of one surface, the one that `place` is of.
     drawn : (3, h w) float32, the radiance of what is not held out: held out it is black, and so divided out again.
-    color : the same with shadows that are not drawn.
+    color : the same with shadows and caustics that are not drawn.
+    albedo : (h, w, 3) float32 or None, its diffuse colour.
     """
 
     def __init__(
@@ -96,13 +97,18 @@ class Backing:
         self.whole = (shown & (raster.depth < NO_DEPTH) & ~_near_steps(place, reach)).ravel()
         drawn = raster.pixels[..., :3] / np.where(shown, alpha, np.float32(1))[..., None]
         self.drawn = self.color = np.ascontiguousarray(drawn.reshape(-1, 3).T)
+        self.albedo = (
+            None if raster.albedo is None else raster.albedo / np.where(shown, alpha, np.float32(1))[..., None]
+        )
         self.partly = approximate(table)[geometry.surface]
         matrix = np.asarray(camera.matrix_world, np.float64)
         self.eye, self.axes = matrix[:3, 3] - geometry.center, matrix[:3, :3]
 
-    def shade(self, shadow: Float32) -> None:
-        """Let the raster have shadows (h, w, 3) that are not drawn in it but will be in the picture."""
+    def shade(self, shadow: Float32, caustic: Float32 | None) -> None:
+        """Let the raster have shadows and light (h, w, 3) that are not drawn in it but will be in the picture."""
         self.color = self.drawn * shadow.reshape(-1, 3).T
+        if caustic is not None and self.albedo is not None:
+            self.color += (caustic * self.albedo).reshape(-1, 3).T * np.float32(1 / np.pi)
 
     def look_up(self, rays: Rays, hits: Hits, hit: Bools, tally: Tally) -> tuple[Numbers, Float32]:
         """Which of n rays, of those that `hit`, meet what the raster shows, and its radiance there: (m,), (3, m)."""

@@ -48,6 +48,13 @@ PILOT = 1 << 10
 KERNEL = np.array([1, 4, 6, 4, 1]) / 16
 """Photons are spread over 5 x 5 pixels by it, across and up: a standard deviation of one pixel."""
 
+STEPS = (1, 2, 4)
+"""Where photons are few they are spread again, with the kernel so many pixels wide, up to a deviation of 4.6 pixels."""
+
+ENOUGH = 64
+"""Few are less than so many in a kernel: an error of 12 %. Bright caustics have many and stay sharp (as in Jensen 1996,
+where the nearest photons are looked for)."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Beam:
@@ -66,7 +73,8 @@ def caustic(scene: CompiledScene, mask: Float32 | None, tally: Tally, check: Cal
     """
     x0, y0, x1, y1 = scene.camera.window
     width, height = x1 - x0, y1 - y0
-    total = np.zeros((3, height * width))
+    total = np.zeros((5, height * width))  # three channels, the number of photons, and where any can be seen
+    total[4] = 1 if mask is None else np.asarray(mask).reshape(-1) < 1
     tracer = _Tracer(scene)
     work = [(beam, first) for beam in _beams(scene) for first in range(0, beam.count, CHUNK)]
     threads = scene.settings.threads or os.cpu_count() or 1
@@ -77,15 +85,16 @@ def caustic(scene: CompiledScene, mask: Float32 | None, tally: Tally, check: Cal
                 tally.merge(counted)
                 for channel in range(3):
                     total[channel] += np.bincount(pixel, share[channel], minlength=height * width)
-    picture = _spread(total.reshape(3, height, width)).transpose(1, 2, 0).astype(np.float32)
-    if mask is not None:
-        picture[np.asarray(mask) >= 1] = 0
+                total[3] += np.bincount(pixel, minlength=height * width)
+    picture = _smooth(total.reshape(5, height, width)).transpose(1, 2, 0).astype(np.float32)
     return picture
 
 
 def _beams(scene: CompiledScene) -> list[_Beam]:
     """The photons shared out among lights and groups of casters, in proportion to the light that may come from them."""
     salt = hash32(np.array([scene.settings.seed & 0xFFFFFFFF], np.uint32))
+    if not (scene.plan.reflection or scene.plan.refraction):
+        return []
     beams, light = [], []
     casters = find_casters(scene)
     for lamp in scene.lights:
@@ -232,10 +241,30 @@ def footprint(camera: Camera, depth: Float64, distance: Float64, cosine: Float64
     return np.asarray(a * depth**3 / (distance * cosine))
 
 
-def _spread(picture: Float64) -> Float64:
-    """Convolve (3, h, w) with KERNEL across and up; what would leave the picture stays at its rim."""
+def _smooth(total: Float64) -> Float64:
+    """Irradiance (3, h, w), spread as little as there are ENOUGH photons; see `caustic` for total (5, h, w).
+
+    Pixels in which none can be seen take no part.
+    """
+    result, variance = np.zeros_like(total[:3]), 0.0
+    few = total[4] > 0
+    for step in STEPS:
+        total, variance = _spread(total, step), variance + step * step
+        result[:, few] = total[:3, few] / total[4, few]
+        few = few & (total[3] * (4 * np.pi * variance) < ENOUGH)  # so many pixels are under such a Gaussian
+        if not few.any():
+            break
+    return result
+
+
+def _spread(picture: Float64, step: int) -> Float64:
+    """Convolve (k, h, w) with KERNEL, every step-th pixel, across and up; what would leave the picture comes back."""
     for axis in (1, 2):
-        padded = np.pad(picture, [(0, 0), *((2, 2) if a == axis else (0, 0) for a in (1, 2))], mode="symmetric")
-        n = picture.shape[axis]
-        picture = sum(w * padded.take(range(k, k + n), axis=axis) for k, w in enumerate(KERNEL))
+        n, reach = picture.shape[axis], 2 * step
+        place = np.arange(-reach, n + reach)
+        place = np.where(place < 0, -1 - place, place)
+        inside = np.clip(np.where(place >= n, 2 * n - 1 - place, place), 0, n - 1)
+        padded = picture.take(inside, axis=axis)
+        parts = (w * padded.take(range(k * step, k * step + n), axis=axis) for k, w in enumerate(KERNEL))
+        picture = np.asarray(sum(parts))
     return picture

@@ -308,6 +308,8 @@ def reachable_surfaces(geometry: Geometry, table: SurfaceTable, settings: Settin
     first = geometry.camera & geometry.ray_traced if only_flagged else geometry.camera
     reachable = np.zeros(len(table.ior), bool)
     reachable[geometry.surface[first]] = True
+    if settings.raster_shadows and settings.caustics == "PHOTONS":
+        reachable[geometry.surface[geometry.shadow & geometry.ray_traced]] = True
     if (table.transmits & table.straight & reachable).any():
         reachable[geometry.surface[geometry.camera]] = True
     if ((table.reflects | table.transmits) & reachable).any():

@@ -108,7 +108,7 @@ class _Frame:
         if self.settings.raster_shadows:
             self._work_on_raster()
             if self.scene.backing is not None and self.shadow is not None:
-                self.scene.backing.shade(self.shadow)
+                self.scene.backing.shade(self.shadow, self.caustic)
         self.schedule.run()
         for skipped in self.schedule.skipped:
             self._skip(*skipped)

@@ -59,7 +59,8 @@ def add(verbs: Verbs) -> None:
         "--traced-shadows", action=argparse.BooleanOptionalAction,
         help="trace the shadows of ray traced objects on what EEVEE draws, or leave them to EEVEE",
     )  # fmt: skip
-    render.add_argument("--caustics", choices=("none", "simple"), help="of traced shadows; default: the file's own")
+    render.add_argument("--caustics", choices=("none", "simple", "photons"), help="of traced shadows")
+    render.add_argument("--photons", type=number(1, 2e9, int), metavar="N", help="for caustics by photons")
     render.add_argument(
         "--raster-backed", action=argparse.BooleanOptionalAction,
         help="show EEVEE's own pixels in reflections where they are known, or shade everything there",
@@ -172,6 +173,7 @@ def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, A
         shadow_samples=arguments.shadow_samples,
         traced_shadows=arguments.traced_shadows,
         caustics=arguments.caustics,
+        photons=arguments.photons,
         raster_backed=arguments.raster_backed,
         light_falloff=arguments.light_falloff,
         resolution=arguments.resolution,
