@@ -86,7 +86,7 @@ class CompiledScene:
 
         With photons, no shadow ray goes through what they are to bend.
         """
-        other = self.seen_from(self.camera, replace(self.settings, see="RASTER", adaptive=0.0))
+        other = self.seen_from(self.camera, replace(self.settings, see="RASTER", adaptive=0.0, passes=frozenset()))
         g = self.geometry
         other.seen_by_camera = self._set(g.camera & ~g.ray_traced)
         secondary = g.secondary & ~g.ray_traced
