@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..scene import Camera, Float32, Float64
+from ..scene import Camera, Float32, Float64, Lens
 from .constants import WIDE_LENS
+from .sampler import Sampler, disk
 from .vectors import Array
+
+LENS = np.uint32(0x4C454E53)
+"""The lens's dimension of the sampler."""
 
 
 def generate_rays(
-    camera: Camera, x: Float64, y: Float64, center: Float64, bounds_radius: float
+    camera: Camera,
+    x: Float64,
+    y: Float64,
+    center: Float64,
+    bounds_radius: float,
+    on_lens: tuple[Float64, Float64] | None = None,
 ) -> tuple[Float32, Array, Float32]:
     """Rays (origin (3, n), unit direction (3, n), t_max (n,)) through film positions in pixels of the full frame.
 
@@ -19,6 +28,9 @@ def generate_rays(
     The clip planes are planar, as in Blender: rays start on the plane at clip_start and end on the one at clip_end.
     They start even later, on the near side of the ball (center, bounds_radius) that holds the scene: rounding their
     origins to float32 then costs an ulp of the scene's size, not of its distance.
+
+    on_lens : local x, y (n,) in metres of where rays leave the camera's lens, all towards what is sharp at their film
+              position; None: its middle, as through a pinhole.
     """
     axis_x, axis_y, axis_z, position = (np.asarray(camera.matrix_world, np.float64)[:3, i] for i in range(4))
     left, right, bottom, top = camera.view_plane
@@ -35,6 +47,10 @@ def generate_rays(
         else:
             direction[i] = -axis_z[i]
             foot[i] = eye[i] + plane_x * axis_x[i] + plane_y * axis_y[i]
+        if on_lens is not None and camera.lens is not None:
+            offset = on_lens[0] * axis_x[i] + on_lens[1] * axis_y[i]
+            foot[i] += offset
+            direction[i] -= offset / camera.lens.focus_distance
     length = np.sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2])
     exact = direction / length
     unit = exact if _is_wide(camera) else exact.astype(np.float32)
@@ -61,6 +77,27 @@ def project(camera: Camera, point: Float64) -> tuple[Float64, Float64, Float64]:
     x = (position[0] * scale - left) / (right - left) * camera.resolution[0]
     y = (position[1] * scale - bottom) / (top - bottom) * camera.resolution[1]
     return x, y, depth
+
+
+def points_on_lens(lens: Lens, sampler: Sampler, n: int) -> tuple[Float64, Float64]:
+    """Local x, y (n,) in metres of points spread evenly over a lens's opening: one for each sample of the chunk."""
+    u, v = sampler.draws(np.arange(n), np.zeros((1, n), np.uint32)).square(LENS)
+    x, y = disk(u, v) if lens.blades < 3 else polygon(u, v, lens.blades)
+    cos, sin = np.cos(lens.rotation), np.sin(lens.rotation)
+    radius = np.float64(lens.radius)
+    return radius / lens.ratio * (x * cos - y * sin), radius * (x * sin + y * cos)
+
+
+def polygon(u: Array, v: Array, corners: int) -> tuple[Array, Array]:
+    """Map the unit square to the regular polygon in the unit circle, keeping areas: x, y (n,).
+
+    Each of its triangles takes a strip of u; the middle of the first edge lies at +X.
+    """
+    strip = np.floor(np.minimum(u * corners, np.float32(corners - 0.5)))
+    share, radius = u * corners - strip, np.sqrt(v)
+    first, second = ((2 * strip + side) * np.float32(np.pi / corners) for side in (-1, 1))
+    x = radius * ((1 - share) * np.cos(first) + share * np.cos(second))
+    return x, radius * ((1 - share) * np.sin(first) + share * np.sin(second))
 
 
 def _is_wide(camera: Camera) -> bool:

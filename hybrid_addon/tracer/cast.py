@@ -107,6 +107,8 @@ def _concerned(view: CompiledScene, pixels: Pixels, tally: Tally) -> Pixels:
     Places that are told by balls around the casters; a filter's radius around them, for the samples of a pixel are
     spread. What mirrors or lets through shows other places, and always counts.
     """
+    if view.camera.lens is not None:
+        return pixels  # out of focus a pixel shows places from far around its centre
     x0, y0, x1, y1 = view.camera.window
     casters = find_casters(view)
     reached = np.zeros((y1 - y0) * (x1 - x0), bool)

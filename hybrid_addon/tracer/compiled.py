@@ -26,9 +26,9 @@ class CompiledScene:
     """
 
     def __init__(self, scene: Scene, settings: Settings) -> None:
-        self.camera = scene.camera
         self.settings = settings
         prepared = prepare(scene, settings)
+        self.camera = prepared.camera
         self.geometry, self.surfaces, self.world = prepared.geometry, prepared.surfaces, prepared.world
         self.media = prepared.media
         self.plan: Plan = prepared.plan

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera import generate_rays
+from .camera import generate_rays, points_on_lens
 from .compiled import CompiledScene
 from .film import film_positions
 from .forks import AVAILABLE, FEWEST, WORTH_IT, Forks, Work
@@ -189,24 +189,24 @@ class Passes:
                 film_x, film_y = film_positions(x, y, work.first, work.count, self.settings.seed, radius)
             else:
                 film_x, film_y = np.asarray(x + 0.5, np.float64), np.asarray(y + 0.5, np.float64)
-            geometry = self.scene.geometry
+            geometry, camera = self.scene.geometry, self.scene.camera
+            n = len(pixels) * work.count
+            sampler = Sampler(pixel_keys(x, y, self.settings.seed), work.first, work.count)
+            on_lens = None if camera.lens is None else points_on_lens(camera.lens, sampler, n)
             origin, direction, t_max = generate_rays(
-                self.scene.camera, film_x, film_y, geometry.center, geometry.bounds_radius()
+                camera, film_x, film_y, geometry.center, geometry.bounds_radius(), on_lens
             )
             media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, tally)
-            n = len(pixels) * work.count
-            sampler = None
-            if self.scene.plan.soft_shadows:
-                sampler = Sampler(pixel_keys(x, y, self.settings.seed), work.first, work.count)
+            draws = sampler if self.scene.plan.soft_shadows else None
             parts = wanted_parts(self.settings)
-            signed, branched = work.signed or sampler is not None, not BRANCHES.keys().isdisjoint(parts)
+            signed, branched = work.signed or draws is not None, not BRANCHES.keys().isdisjoint(parts)
             rays = camera_rays(origin, direction, t_max, np.arange(n), media, signed, branched)
             tally.add("camera", n)
             sums = Sums.zeros(len(pixels), work.count, self.settings.cutoff, work.groups, parts)
             if work.signed and self.identity is not None:
                 importance = np.float32(self.settings.adaptive)
                 sums.signatures = Signatures(np.zeros(n, np.uint32), self.identity, importance)
-            trace_rays(self.scene, rays, work.seen, sums, tally, check, sampler=sampler)
+            trace_rays(self.scene, rays, work.seen, sums, tally, check, sampler=draws)
             totals.add(pixels, sums)
 
 

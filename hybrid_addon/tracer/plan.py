@@ -14,7 +14,7 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import RGB, Scene, Settings, Texture, World
+from ..scene import RGB, Camera, Lens, Scene, Settings, Texture, World
 from .backing import backable
 from .geometry import Geometry, flatten
 from .lights import CompiledLight, compile_lights
@@ -49,6 +49,7 @@ PRUNINGS = (
     Pruning("reflection", "exact if", "reflected rays", "all that rays reach mirrors nothing, and is opaque or IOR 1"),
     Pruning("refraction", "exact if", "refracted rays", "every surface that rays reach is opaque"),
     Pruning("weightless", "exact", "single reflected and refracted rays", "they carry nothing: R or T is 0 there"),
+    Pruning("depth-of-field", "exact if", "random points on the lens", "the camera is a pinhole"),
     Pruning("secondary", "exact if", "the search tree for reflected and refracted rays", "there are no such rays"),
     Pruning("emission", "exact if", "emission", "no surface that rays reach emits"),
     Pruning("ambient", "exact if", "ambient light", "the world is black, or no surface that rays reach answers to it"),
@@ -150,6 +151,7 @@ class _Notes:
 class Prepared:
     """A scene as tables, before anything is built to trace it; `lights` are those that can light anything."""
 
+    camera: Camera
     geometry: Geometry
     media: Media
     surfaces: SurfaceTable
@@ -180,7 +182,10 @@ def prepare(scene: Scene, settings: Settings) -> Prepared:
         geometry = replace(geometry, normals=np.zeros((geometry.triangle_count, 9), np.float32))
     lights = compile_lights(scene.lights, geometry.center)
     plan, lights = make_plan(geometry, surfaces, world, lights, settings, notes, scene.raster is not None)
-    return Prepared(geometry, media, surfaces, world, lights, plan)
+    camera = scene.camera
+    if camera.lens is None and not notes.spare("depth-of-field", True):
+        camera = replace(camera, lens=Lens(0.0, 1.0))
+    return Prepared(camera, geometry, media, surfaces, world, lights, plan)
 
 
 def _with_images(scene: Scene, notes: _Notes) -> Scene:

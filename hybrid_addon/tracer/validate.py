@@ -97,6 +97,10 @@ def _check_camera(scene: Scene) -> None:
     )
     _require(bool(np.isfinite(camera.matrix_world).all()), "camera: matrix_world must be finite")
     _require(_finite(camera.view_plane), f"camera: view_plane must be finite, got {camera.view_plane}")
+    if camera.lens is not None:
+        lens = camera.lens
+        sizes = (lens.radius, lens.focus_distance, lens.ratio, lens.rotation)
+        _require(_finite(sizes) and min(sizes[:3]) > 0, f"camera: radius, focus and ratio must be above 0, got {lens}")
     x0, y0, x1, y1 = camera.window
     _require(x0 <= x1 and y0 <= y1 and x0 >= 0 and y0 >= 0, f"camera: window is upside down: {camera.window}")
     _require(min(camera.resolution) >= 1, f"camera: resolution must be at least 1 x 1, got {camera.resolution}")

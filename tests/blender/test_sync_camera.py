@@ -8,6 +8,7 @@ import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Matrix, Vector
 
+import hybrid_addon as hybrid
 from hybrid_addon.blender.sync import UnsupportedError, Warnings
 from hybrid_addon.blender.sync.camera import translate_camera
 
@@ -130,10 +131,60 @@ def test_a_lamp_for_a_camera_is_refused(scene):
         translated(scene)
 
 
-def test_blur_is_warned_of(scene):
+def test_motion_blur_is_warned_of(scene):
     warn = Warnings()
     translated(scene, warn=warn)
     assert list(warn) == []
-    scene.camera.data.dof.use_dof = scene.render.use_motion_blur = True
+    scene.render.use_motion_blur = True
     translated(scene, warn=warn)
-    assert [line.split(":")[0] for line in warn] == ["camera 'Camera'", "scene 'Scene'"]
+    assert [line.split(":")[0] for line in warn] == ["scene 'Scene'"]
+
+
+def test_the_lens_is_eevees(scene):
+    b_camera = scene.camera.data
+    b_dof = b_camera.dof
+    assert translated(scene).lens is None
+    b_dof.use_dof, b_dof.aperture_fstop, b_dof.focus_distance = True, 2.0, 7.0
+    b_dof.aperture_blades, b_dof.aperture_rotation, b_dof.aperture_ratio = 5, 0.5, 2.0
+    b_camera.lens = 80.0
+    lens = translated(scene).lens
+    assert lens.radius == pytest.approx(0.02)  # the opening is lens / f-stop = 40 mm wide
+    assert (lens.focus_distance, lens.blades, lens.rotation, lens.ratio) == (7.0, 5, 0.5, 2.0)
+    b_camera.type = "ORTHO"
+    assert translated(scene).lens.radius == pytest.approx(0.04 * 7.0 / 4)
+
+
+def test_an_object_or_a_bone_sets_the_focus(scene):
+    scene.camera.matrix_world = Matrix.Translation((0, 0, 9)) @ Matrix.Diagonal((2, 2, 2, 1))
+    b_dof = scene.camera.data.dof
+    b_dof.use_dof, b_dof.focus_object = True, bpy.data.objects["Cube"]
+    b_dof.focus_object.location = (3, 1, 2)
+    assert translated(scene).lens.focus_distance == pytest.approx(7)
+    bpy.ops.object.armature_add(location=(0, 0, -1))
+    b_dof.focus_object = bpy.context.object
+    b_dof.focus_subtarget = "Bone"
+    b_bone = bpy.context.object.pose.bones["Bone"]
+    b_bone.location = (0, 4, 0)
+    assert translated(scene).lens.focus_distance == pytest.approx(6)
+
+
+@pytest.mark.render
+def test_a_ball_out_of_focus_has_eevees_outline(scene):
+    """EEVEE's own blurred picture against the hybrid one: no fringe where mask and traced colours meet."""
+    b_cube, b_dof = bpy.data.objects["Cube"], scene.camera.data.dof
+    b_dof.use_dof, b_dof.focus_distance, b_dof.aperture_fstop = True, 3.0, 0.05
+    emission = b_cube.active_material.node_tree.nodes["Principled BSDF"].inputs
+    emission["Base Color"].default_value = (0, 0, 0, 1)
+    emission["Specular IOR Level"].default_value = 0.0
+    emission["Emission Color"].default_value, emission["Emission Strength"].default_value = (1, 0.4, 0.1, 1), 1.0
+    scene.eevee.taa_render_samples, scene.eevee.use_bokeh_jittered = 32, True
+    hybrid.mark(b_cube)
+    hybrid.enable(scene)
+    size = {"resolution": (64, 48)}
+    eevee = hybrid.render(scene, mode="RASTER", **size).image
+    mixed = hybrid.render(scene, samples=64, **size)
+    full = hybrid.render(scene, mode="FULL", samples=64, **size)
+    soft = (mixed.mask > 0.05) & (mixed.mask < 0.95)
+    assert soft.mean() > 0.15
+    assert np.abs(mixed.image - eevee)[..., :3].mean() < 0.002
+    assert np.abs(full.image - eevee)[soft][:, :3].mean() < 0.03

@@ -11,11 +11,16 @@ from typing import Literal, cast
 import bpy
 import numpy as np
 
-from ...scene import Camera, Float64
+from ...scene import Camera, Float64, Lens
 from .messages import UnsupportedError, Warnings
 
 Size = tuple[int, int]
 Window = tuple[int, int, int, int]
+
+ORTHO_APERTURE = 0.04
+"""An orthographic camera has no focal length: in EEVEE it is this share of the focus distance (in Cycles, 1 metre)."""
+MIN_FSTOP = MIN_FOCUS = 1e-5
+"""EEVEE's guards."""
 
 
 def translate_camera(
@@ -24,7 +29,8 @@ def translate_camera(
     """The scene's active camera, with its animated values; UnsupportedError if it has none that can be traced."""
     b_object = _active_camera(b_depsgraph, b_scene)
     b_camera = b_object.data
-    _warn_of_blur(b_object, b_scene, warn)
+    if b_scene.render.use_motion_blur:
+        warn.add(f"scene {b_scene.name!r}: motion blur is not traced; ray traced objects stand still")
     return Camera(
         projection=_projection(b_object),
         matrix_world=matrix_without_scale(b_object),
@@ -33,6 +39,7 @@ def translate_camera(
         window=window,
         clip_start=b_camera.clip_start,
         clip_end=b_camera.clip_end,
+        lens=lens(b_object),
     )
 
 
@@ -98,8 +105,32 @@ def _extent(b_camera: bpy.types.Camera) -> float:
     return sensor / b_camera.lens
 
 
-def _warn_of_blur(b_object: bpy.types.Object, b_scene: bpy.types.Scene, warn: Warnings) -> None:
-    if b_object.data.dof.use_dof:
-        warn.add(f"camera {b_object.name!r}: depth of field is not traced; ray traced objects are in focus")
-    if b_scene.render.use_motion_blur:
-        warn.add(f"scene {b_scene.name!r}: motion blur is not traced; ray traced objects stand still")
+def lens(b_object: bpy.types.Object) -> Lens | None:
+    """The thin lens of an evaluated camera, of EEVEE's size (`DepthOfField::sync`), or None."""
+    b_camera = b_object.data
+    b_dof = b_camera.dof
+    if not b_dof.use_dof:
+        return None
+    focus = max(_focus(b_object), MIN_FOCUS)
+    size = ORTHO_APERTURE * focus if b_camera.type == "ORTHO" else b_camera.lens * 1e-3
+    return Lens(
+        radius=size / (2 * max(b_dof.aperture_fstop, MIN_FSTOP)),
+        focus_distance=focus,
+        blades=b_dof.aperture_blades,
+        rotation=b_dof.aperture_rotation,
+        ratio=b_dof.aperture_ratio,
+    )
+
+
+def _focus(b_object: bpy.types.Object) -> float:
+    """Metres along the view axis to what is in focus: an object, a bone of it, or the distance that is set."""
+    b_dof = b_object.data.dof
+    b_target = b_dof.focus_object
+    if b_target is None:
+        return b_dof.focus_distance
+    place = b_target.matrix_world
+    b_bone = b_target.pose.bones.get(b_dof.focus_subtarget) if b_target.pose and b_dof.focus_subtarget else None
+    if b_bone is not None:
+        place = place @ b_bone.matrix
+    matrix = matrix_without_scale(b_object)
+    return float(abs(matrix[:3, 2] @ (np.array(place)[:3, 3] - matrix[:3, 3])))
