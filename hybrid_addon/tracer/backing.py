@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Camera, Expression, Float32, Float64, Raster, Surface
-from .camera import project
 from .constants import (
     BACKED_ALPHA,
     BACKED_DEPTH,
@@ -36,7 +35,7 @@ from .primitives import Hits, PrimitiveSet
 from .rays import Rays, offset_origin, origin_offset
 from .surfaces import SurfaceTable
 from .tally import Tally
-from .vectors import Array, dot, normalize
+from .vectors import dot, normalize, take
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -73,6 +72,7 @@ class Backing:
     drawn : (3, h w) float32, the radiance of what is not held out: held out it is black, and so divided out again.
     color : the same with shadows and caustics that are not drawn.
     albedo : (h, w, 3) float32 or None, its diffuse colour.
+    size  : of a pixel on the view plane.
     """
 
     def __init__(
@@ -103,6 +103,8 @@ class Backing:
         self.partly = approximate(table)[geometry.surface]
         matrix = np.asarray(camera.matrix_world, np.float64)
         self.eye, self.axes = matrix[:3, 3] - geometry.center, matrix[:3, :3]
+        left, right, bottom, top = camera.view_plane
+        self.size = (right - left) / camera.resolution[0], (top - bottom) / camera.resolution[1]
 
     def shade(self, shadow: Float32, caustic: Float32 | None) -> None:
         """Let the raster have shadows and light (h, w, 3) that are not drawn in it but will be in the picture."""
@@ -114,33 +116,31 @@ class Backing:
         """Which of n rays, of those that `hit`, meet what the raster shows, and its radiance there: (m,), (3, m)."""
         secondary = hit & ~rays.camera
         index = np.flatnonzero(secondary & self.primitives.take(hits.prim, mode="wrap"))
-        point = rays.origin[:, index] + rays.direction[:, index] * hits.t[index]
-        normal = hits.normal[:, index] * -np.sign(hits.toward[index])
-        shown, color = self._shown(point, normal, self.partly.take(hits.prim[index]))
-        index, point, normal = index[shown], point[:, shown], normal[:, shown]
+        index, color = self._shown(rays, hits, index)
         if len(self.veils) and len(index):
-            clear = self._unveiled(hits.prim[index], point, normal, tally)
+            clear = self._unveiled(rays, hits, index, tally)
             index, color = index[clear], color[:, clear]
         tally.add("backed", len(index))
         tally.add("not_backed", np.count_nonzero(secondary) - len(index))
         return index, color
 
-    def _shown(self, point: Float64, normal: Float64, partly: Bools) -> tuple[Numbers, Float32]:
-        """Which of the points (3, n) the raster shows, seen from the side of their normals, and its colours there.
-
-        partly : (n,) one pixel around the point is enough.
-        """
-        x, y, depth = project(self.camera, point + self.geometry.center[:, None])
-        x, y = x - (self.camera.window[0] + 0.5), y - (self.camera.window[1] + 0.5)
+    def _shown(self, rays: Rays, hits: Hits, index: Numbers) -> tuple[Numbers, Float32]:
+        """Those of the hits `index` that the raster shows, from the side that was met, and its colours there."""
+        from_eye = self._from_eye(rays, hits, index)
+        x, y, depth = self._film(from_eye)
         inside = (x >= 0) & (x < self.width - 1) & (y >= 0) & (y < self.height - 1) & (depth > 0)
-        inside &= dot(normal, self._to_camera(point)) > 0
-        index = np.flatnonzero(inside)
-        x, y, depth = x[index], y[index], depth[index]
-        column, row = x.astype(np.intp), y.astype(np.intp)
-        u, v = x - column, y - row
-        place, slope_x, slope_y = self._plane(point[:, index], normal[:, index], depth)
-        across, up = np.abs(slope_x), np.abs(slope_y)
-        oblique = BACKED_OFFSET * (across + up)
+        kept = np.flatnonzero(inside)
+        normal = take(hits.normal, index[kept])
+        normal *= -np.sign(hits.toward[index[kept]])
+        place, slope_x, slope_y, facing = self._plane(take(from_eye, kept), normal, depth[kept])
+        if not facing.all():
+            kept = kept[facing]
+            place, slope_x, slope_y = place[facing], slope_x[facing], slope_y[facing]
+        index, u, v = index[kept], x[kept], y[kept]
+        column, row = u.astype(np.intp), v.astype(np.intp)
+        u -= column
+        v -= row
+        oblique = BACKED_OFFSET * (np.abs(slope_x) + np.abs(slope_y))
         tolerance = BACKED_DEPTH * place + oblique
         corner = row * self.width + column
         color, total = np.zeros((3, len(index)), np.float32), np.zeros(len(index), np.float32)
@@ -153,37 +153,55 @@ class Backing:
             color += np.where(agrees, self.color.take(pixel, axis=1), np.float32(0)) * weight
             total += weight
             all_four &= agrees
-        found = np.flatnonzero(all_four | (partly[index] & (total > 0)))
-        color = color[:, found]
+        one = self.partly.take(hits.prim[index]) & (total > 0)
+        found = np.flatnonzero(all_four | one)
+        color = color.take(found, axis=1)
         color /= np.where(all_four[found], np.float32(1), total[found])
         return index[found], color
 
-    def _to_camera(self, point: Float64) -> Array:
-        """Directions (3, n) or (3, 1), of any length."""
-        if self.camera.projection == "PERSP":
-            return np.asarray(self.eye[:, None] - point)
-        return self.axes[:, 2:]
+    def _from_eye(self, rays: Rays, hits: Hits, index: Numbers) -> Float64:
+        """(3, m) from the camera to the hits `index`."""
+        result = take(rays.direction, index) * hits.t[index]
+        result += take(rays.origin, index)
+        result -= self.eye[:, None]
+        return result
 
-    def _plane(self, point: Float64, normal: Float64, depth: Float64) -> tuple[Float64, Float64, Float64]:
-        """`place` of hits (n,), and how it grows for each pixel across and up on the planes through them."""
+    def _film(self, from_eye: Float64) -> tuple[Float64, Float64, Float64]:
+        """Where points (3, n) lie in the raster, whole numbers at the centres of pixels, and their depth."""
+        x, y, depth = dot(self.axes[:, 0], from_eye), dot(self.axes[:, 1], from_eye), -dot(self.axes[:, 2], from_eye)
+        if self.camera.projection == "PERSP":
+            x /= depth
+            y /= depth
+        left, _, bottom, _ = self.camera.view_plane
+        for values, low, size, first in ((x, left, self.size[0], 0), (y, bottom, self.size[1], 1)):
+            values -= low
+            values /= size
+            values -= self.camera.window[first] + 0.5
+        return x, y, depth
+
+    def _plane(self, from_eye: Float64, normal: Float64, depth: Float64) -> tuple[Float64, Float64, Float64, Bools]:
+        """`place` of hits (n,), how it grows for each pixel across and up on their planes, and if these face us."""
         a, b, c = (dot(self.axes[:, i], normal) for i in range(3))
-        left, right, bottom, top = self.camera.view_plane
-        across, up = (right - left) / self.camera.resolution[0], (top - bottom) / self.camera.resolution[1]
+        across, up = self.size
         if self.camera.projection == "PERSP":
-            # n.P = c' on the plane and P = depth q, with q = (x, y, -1) on the view plane: 1 / depth = n.q / c'.
-            distance = dot(normal, point - self.eye[:, None])
-            return 1 / depth, a * across / distance, b * up / distance
-        return depth, a * across / c, b * up / c
+            # n.P = k on the plane and P = depth q, with q = (x, y, -1) on the view plane: 1 / depth = n.q / k.
+            k = dot(normal, from_eye)
+            return 1 / depth, a * across / k, b * up / k, k < 0
+        return depth, a * across / c, b * up / c, c > 0
 
-    def _unveiled(self, prim: NDArray[np.int32], point: Float64, normal: Float64, tally: Tally) -> Numbers:
-        """Those of the points that the camera sees past all veils."""
-        to_camera = np.broadcast_to(self._to_camera(point), point.shape)
-        distance = np.sqrt(dot(to_camera, to_camera))
-        if self.camera.projection != "PERSP":
-            distance = -dot(self.axes[:, 2], point - self.eye[:, None])
-        offset = origin_offset(point.astype(np.float32), self.geometry.extent.take(prim))
-        origin, direction = offset_origin(point, normal, offset), normalize(to_camera).astype(np.float32)
-        return np.flatnonzero(~self.veils.occluded(origin, direction, distance.astype(np.float32), tally))
+    def _unveiled(self, rays: Rays, hits: Hits, index: Numbers, tally: Tally) -> Numbers:
+        """Which of the hits `index` the camera sees past all veils."""
+        from_eye = self._from_eye(rays, hits, index)
+        point, normal = from_eye + self.eye[:, None], hits.normal[:, index] * -np.sign(hits.toward[index])
+        if self.camera.projection == "PERSP":
+            distance = np.sqrt(dot(from_eye, from_eye))
+            direction = normalize(-from_eye)
+        else:
+            distance = -dot(self.axes[:, 2], from_eye)
+            direction = np.broadcast_to(self.axes[:, 2:], point.shape)
+        offset = origin_offset(point.astype(np.float32), self.geometry.extent.take(hits.prim[index]))
+        origin, wi = offset_origin(point, normal, offset), np.ascontiguousarray(direction, np.float32)
+        return np.flatnonzero(~self.veils.occluded(origin, wi, distance.astype(np.float32), tally))
 
 
 def _near_steps(place: Float64, reach: int) -> Bools:
