@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import bpy
+import numpy as np
 
-from . import engine, pipeline
+from ..scene import Raster, Scene
+from . import engine, pipeline, raster
 from .errors import HybridError
 
 if TYPE_CHECKING:
@@ -21,7 +24,7 @@ def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     scene = scene or bpy.context.scene
     translation = translated(scene)
     mode = pipeline.effective_mode(scene)
-    planned = None if mode == "RASTER" else describe(translation.scene, engine.tracer_settings(scene))
+    planned = None if mode == "RASTER" else describe(_with_raster(scene, translation), engine.tracer_settings(scene))
     return {
         "scene": scene.name,
         "mode": mode,
@@ -33,6 +36,17 @@ def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
         "prunings": [] if planned is None else planned.table(),
         "warnings": [*translation.warnings],
     }
+
+
+def _with_raster(scene: bpy.types.Scene, translation: Translation) -> Scene:
+    """The translated scene as a render has it: with a raster where one backs hits, here an empty one."""
+    found = translation.scene
+    if not pipeline.needs_raster(scene) or raster.unfit_to_back(scene):
+        return found
+    x0, y0, x1, y1 = found.camera.window
+    nothing = np.zeros((), np.float32)
+    shape = (y1 - y0, x1 - x0)
+    return replace(found, raster=Raster(np.broadcast_to(nothing, (*shape, 4)), np.broadcast_to(nothing, shape)))
 
 
 def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:

@@ -143,6 +143,17 @@ def test_only_who_asks_for_it_pays_for_the_depth(rendered):
     scene.hybrid.raster_backed = True
 
 
+def test_the_plan_knows_of_it(rendered):
+    def left_out():
+        (row,) = [row for row in hybrid.plan(rendered.scene)["prunings"] if row["name"] == "backing"]
+        return row["applies"]
+
+    assert not left_out()
+    rendered.scene.hybrid.raster_backed = False
+    assert left_out()
+    rendered.scene.hybrid.raster_backed = True
+
+
 def test_a_blurred_picture_backs_nothing(rendered):
     scene = rendered.scene
     assert raster.unfit_to_back(scene) == ""

@@ -257,6 +257,20 @@ def test_threads_chunks_and_passes_change_no_bit(build):
         np.testing.assert_array_equal(one.passes[name], other.passes[name])
 
 
+def test_traced_shadows_lie_on_what_backs_hits_too(build):
+    """EEVEE draws without them; what is mirrored has them, as the picture has."""
+    pole = build.quad([(-0.5, 3, 0), (0.5, 3, 0), (0.5, 3, 1), (-0.5, 3, 1)], "pole")
+    s = room(build, (pole, build.mirror()), lights=(LIGHT,), world=World((0.1, 0.2, 0.3)))
+    raster, _ = eevee(s.camera, gradient)
+    s = replace(s, raster=raster)
+    film = trace(s, replace(SETTINGS, raster_shadows=True))
+    assert film.shadow.min() < 0.9
+    dark = raster.pixels * np.dstack([film.shadow, np.ones((SIZE, SIZE))]).astype(np.float32)
+    given = trace(replace(s, raster=Raster(dark, raster.depth)), SETTINGS)
+    same(film, given)
+    assert not np.array_equal(film.radiance, trace(s, SETTINGS).radiance)
+
+
 def test_reflection_and_refraction_are_the_parts_of_the_picture(build):
     """The light of a glass ball over a floor, without what it gives off itself, is what its two rays bring."""
     ball = Surface(opacity=0.0, ior=1.5, emission=(0.25, 0.5, 0.75))
