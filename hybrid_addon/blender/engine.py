@@ -238,6 +238,8 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
         warnings.append(
             "EEVEE's Raytracing leaves ray traced objects out: flag what should mirror or refract them, too"
         )
+    if scene.hybrid.traced_shadows and scene.hybrid.caustics == "PHOTONS" and scene.hybrid.mode == "FULL":
+        warnings.append("Photons light what EEVEE draws, and in mode Full it draws nothing: use Simple caustics there")
     if scene.render.use_multiview:
         warnings.append("stereoscopy is not supported: the ray traced half shows one view")
     if scene.render.use_sequencer and scene.sequence_editor and len(scene.sequence_editor.strips_all) > 0:

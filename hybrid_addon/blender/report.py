@@ -28,7 +28,7 @@ from ..report.sweep import (
     reference,
     slopes,
 )
-from ..scene import Float32, Float64
+from ..scene import Float32, Float64, Settings
 from . import api, cycles, engine, files, pipeline, results
 from .errors import HybridError
 from .sync import Translation, translate
@@ -58,7 +58,7 @@ def write(
     clock = results.Clock()
     translation = _translated(scene, size, scene.hybrid.light_falloff)
     base = clock.read()
-    studio = Studio(translation.scene, engine.tracer_settings(scene), mask)
+    studio = Studio(translation.scene, _settings(scene), mask)
     say(f"reference: {axes.reference_samples} samples, {axes.deepest} bounces")
     deep = reference(studio, axes)
     if not deep.regions["all"].any():
@@ -121,6 +121,11 @@ def _raster(scene: bpy.types.Scene, say: Say) -> tuple[Float32 | None, Float32 |
     say("EEVEE draws its half, once")
     result = api.render(scene, samples=1, max_depth=0)
     return result.raster, result.mask
+
+
+def _settings(scene: bpy.types.Scene) -> Settings:
+    """The scene's, without what is done to EEVEE's half: the report is of the ray traced one."""
+    return replace(engine.tracer_settings(scene), raster_shadows=False)
 
 
 def _translated(scene: bpy.types.Scene, size: Size, light_falloff: Falloff) -> Translation:
@@ -189,7 +194,7 @@ def _with_physical_lights(
         return deep.picture
     say("our reference with physical lights, to compare with Cycles")
     physical = _translated(scene, translation.scene.camera.resolution, "PHYSICAL")
-    other = Studio(physical.scene, engine.tracer_settings(scene), studio.mask)
+    other = Studio(physical.scene, _settings(scene), studio.mask)
     film = other.trace(replace(deep.quality, samples=max(1, axes.reference_samples // 4)))
     return other.shown(film).astype(np.float64)
 

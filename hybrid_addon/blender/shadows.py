@@ -20,9 +20,9 @@ def hand_over(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 
     An instance casts as the object that it is an instance of.
     """
-    traced = pipeline.traces_shadows(scene)
     if depsgraph.mode != "RENDER" or not depsgraph.view_layer.get(MASK_MARK):
         return
+    traced = pipeline.traces_shadows(scene)
     if not (traced or scene.render.use_persistent_data):
         return
     collection = pipeline.own_collection(scene)
