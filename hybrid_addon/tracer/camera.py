@@ -64,7 +64,9 @@ def generate_rays(
     return origin, unit, (clip_end - start).astype(np.float32)
 
 
-def project(camera: Camera, point: Float64) -> tuple[Float64, Float64, Float64]:
+def project(
+    camera: Camera, point: Float64, on_lens: tuple[Float64, Float64] | None = None
+) -> tuple[Float64, Float64, Float64]:
     """World points (3, n) to film positions x, y (n,) in pixels, and their depth: the inverse of `generate_rays`."""
     local = np.linalg.inv(np.asarray(camera.matrix_world, np.float64))
     position = [
@@ -74,6 +76,9 @@ def project(camera: Camera, point: Float64) -> tuple[Float64, Float64, Float64]:
     left, right, bottom, top = camera.view_plane
     with np.errstate(all="ignore"):
         scale = 1 / np.where(depth > 0, depth, np.inf) if camera.projection == "PERSP" else np.ones_like(depth)
+    if on_lens is not None and camera.lens is not None:
+        for i in (0, 1):  # the ray from there through the point meets the plane of focus there
+            position[i] = position[i] - on_lens[i] * (1 - depth / camera.lens.focus_distance)
     x = (position[0] * scale - left) / (right - left) * camera.resolution[0]
     y = (position[1] * scale - bottom) / (top - bottom) * camera.resolution[1]
     return x, y, depth
@@ -81,7 +86,11 @@ def project(camera: Camera, point: Float64) -> tuple[Float64, Float64, Float64]:
 
 def points_on_lens(lens: Lens, sampler: Sampler, n: int) -> tuple[Float64, Float64]:
     """Local x, y (n,) in metres of points spread evenly over a lens's opening: one for each sample of the chunk."""
-    u, v = sampler.draws(np.arange(n), np.zeros((1, n), np.uint32)).square(LENS)
+    return spread_on_lens(lens, *sampler.draws(np.arange(n), np.zeros((1, n), np.uint32)).square(LENS))
+
+
+def spread_on_lens(lens: Lens, u: Array, v: Array) -> tuple[Float64, Float64]:
+    """Local x, y (n,) in metres: the unit square mapped to a lens's opening, keeping shares of the area."""
     x, y = disk(u, v) if lens.blades < 3 else polygon(u, v, lens.blades)
     cos, sin = np.cos(lens.rotation), np.sin(lens.rotation)
     radius = np.float64(lens.radius)

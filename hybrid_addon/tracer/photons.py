@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ..scene import Camera, Float32, Float64
 from .accel import traceable
-from .camera import project
+from .camera import project, spread_on_lens
 from .casters import Casters, find_casters
 from .compiled import CompiledScene
 from .constants import MAX_STRAIGHT_PASSES, SHADOW_REACH
@@ -44,6 +44,9 @@ CHUNK = 1 << 15
 
 PILOT = 1 << 10
 """So many photons tell how much light of each light goes to each group; all are shared out by that."""
+
+LENS_SALTS = (np.uint32(0x27D4EB2F), np.uint32(0x165667B1))
+"""What makes two random numbers of one for a point on the lens."""
 
 KERNEL = np.array([1, 4, 6, 4, 1]) / 16
 """Photons are spread over 5 x 5 pixels by it, across and up: a standard deviation of one pixel."""
@@ -159,7 +162,7 @@ class _Tracer:
             landed = np.flatnonzero(~flagged & bent[rays.sample])
             left = fading(beam.light, travelled[rays.sample[landed]])
             carried = power[:, rays.sample[landed]] * rays.throughput[:, landed] * left
-            pixel, share = self._seen(at.take(landed), carried, tally)
+            pixel, share = self._seen(at.take(landed), carried, draw[rays.sample[landed]], tally)
             pixels.append(pixel)
             shares.append(share)
             on = np.flatnonzero(flagged)
@@ -197,13 +200,20 @@ class _Tracer:
         bent[rays.sample] |= mirrors | (passes & split.bends)
         return concatenate(children(self.scene, rays, at, t, drawn, mirrors, passes, tally))
 
-    def _seen(self, at: Interaction, power: Float64, tally: Tally) -> tuple[Numbers, Float64]:
-        """Pixels (m,) that show places (n,) which got `power` (3, n), on their lit sides, and irradiances (3, m)."""
+    def _seen(self, at: Interaction, power: Float64, draw: UInt32, tally: Tally) -> tuple[Numbers, Float64]:
+        """Pixels (m,) that show places (n,) which got `power` (3, n), on their lit sides, and irradiances (3, m).
+
+        Each is seen from one point of the camera's lens, chosen by its random number (n,).
+        """
         camera, center = self.scene.camera, self.scene.geometry.center
         x0, y0, x1, y1 = camera.window
-        x, y, depth = project(camera, at.point + center[:, None])
+        place, on_lens = at.point + center[:, None], None
+        if camera.lens is not None:
+            u, v = (hash32(draw ^ salt).astype(np.float64) * 2.0**-32 for salt in LENS_SALTS)
+            on_lens = spread_on_lens(camera.lens, u, v)
+        x, y, depth = project(camera, place, on_lens)
         i, j = np.floor(x) - x0, np.floor(y) - y0
-        to_eye, distance = _to_eye(camera, at.point + center[:, None])
+        to_eye, distance = _to_eye(camera, place, on_lens)
         cosine = dot(to_eye, at.n_geometric.astype(np.float64))
         inside = (i >= 0) & (i < x1 - x0) & (j >= 0) & (j < y1 - y0)
         chosen = np.flatnonzero(inside & (cosine > 0) & (depth > camera.clip_start) & (depth < camera.clip_end))
@@ -218,13 +228,16 @@ class _Tracer:
         return pixel, power[:, chosen] / area
 
 
-def _to_eye(camera: Camera, point: Float64) -> tuple[Float64, Float64]:
-    """Unit directions (3, n) from world points (3, n) to the camera, and distances (n,)."""
+def _to_eye(camera: Camera, point: Float64, on_lens: tuple[Float64, Float64] | None = None) -> tuple[Float64, Float64]:
+    """Unit directions (3, n) from world points (3, n) to the camera, or to these points of its lens; distances (n,)."""
     matrix = np.asarray(camera.matrix_world, np.float64)
-    if camera.projection == "ORTHO":
-        axis = matrix[:3, 2, None]
-        return np.broadcast_to(axis, point.shape), dot(axis, matrix[:3, 3, None] - point)
-    way = matrix[:3, 3, None] - point
+    across, up, axis, eye = (matrix[:3, i, None] for i in range(4))
+    depth = dot(axis, eye - point)
+    way = eye - point if camera.projection == "PERSP" else axis * depth
+    if on_lens is not None and camera.lens is not None:
+        # An orthographic camera has a lens before each point of its film.
+        share = 1.0 if camera.projection == "PERSP" else depth / camera.lens.focus_distance
+        way = way + (across * on_lens[0] + up * on_lens[1]) * share
     distance = np.sqrt(dot(way, way))
     return way / distance, distance
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hybrid_addon.scene import AreaLight, PointLight, Settings, Sphere, SunLight
+from hybrid_addon.scene import AreaLight, Lens, PointLight, Settings, Sphere, SunLight
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.scattering import fresnel_dielectric
 
@@ -151,3 +151,21 @@ def test_the_traced_half_is_the_same_with_photons(build, floor):
     halves = trace(scene, SETTINGS, mask).caustic
     assert (halves[:, 32:] == 0).all()
     assert halves.max() > 0
+
+
+@pytest.mark.parametrize("projection", ["PERSP", "ORTHO"])
+def test_a_lens_blurs_caustics_as_it_blurs_the_raster(build, floor, projection):
+    """A small bright spot becomes a disk of the lens's circle of confusion; the light stays."""
+    sun, lens = SunLight("sun", (0, 0, 1), (1, 1, 1)), Lens(radius=0.5, focus_distance=40.0)
+    ball = Sphere("ball", (0, 0, 0.3), 0.2, 1, ray_traced=True)
+    ball = replace(ball, visibility=replace(ball.visibility, camera=False))
+    surfaces = (floor[1], build.glass(1.5))
+    scene = scene_of(build, floor, spheres=(ball,), surfaces=surfaces, lights=(sun,), reach=1.0, projection=projection)
+    sharp = trace(scene, SETTINGS).caustic[..., 0]
+    blurred = trace(replace(scene, camera=replace(scene.camera, lens=lens)), SETTINGS).caustic[..., 0]
+    assert blurred.sum() == pytest.approx(sharp.sum(), rel=0.05)
+    x, y = places(1.0)
+    width = np.sqrt((blurred * (x * x + y * y)).sum() / blurred.sum())
+    before = np.sqrt((sharp * (x * x + y * y)).sum() / sharp.sum())
+    confusion = 0.5 * (1 - 20 / 40)  # radius on the floor, halfway to the plane of focus
+    assert np.sqrt(width**2 - before**2) == pytest.approx(confusion / 2**0.5, rel=0.08)
