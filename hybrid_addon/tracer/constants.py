@@ -122,6 +122,9 @@ MIN_ROUGHNESS = 0.05
 TRACED_ROUGHNESS = 0.25
 """A dielectric's or coat's reflection is followed by a ray below this roughness; above, the world's blurred image."""
 
+COSINES = 8 * 31 + 1
+"""Steps of cosine at which layered surfaces are worked out; every 8th is one of the table of albedos (layers)."""
+
 BUMP_STEP = 1.0e-3
 """A height is differentiated over this share of the ray's length: about a pixel."""
 

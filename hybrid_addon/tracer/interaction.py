@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
+from .columns import Columns
 from .geometry import Geometry
 from .primitives import Hits, barycentrics
 from .rays import Rays, offset_origin, origin_offset
 from .sampler import Draws
 from .surfaces import SurfaceTable
-from .vectors import Index, count, dot, put, select, take
+from .vectors import ALL, Index, count, dot, put, select, take
 
 Numbers = NDArray[np.intp]
 
@@ -23,8 +24,10 @@ class Interaction:
     """n hits, seen from where their rays come from: normals are turned to the side of `wo`.
 
     prim        : (n,) intp
-    table       : the surfaces: the scene's, or with columns of their own for hits on surfaces that vary
-    surface     : (n,) intp, column of `table`
+    table       : the scene's surfaces
+    surface     : (n,) intp, which of them
+    columns     : their numbers, or numbers of their own for hits on surfaces that vary
+    column      : which of these are each hit's: (n,) intp, or all in order
     entering    : (n,) bool, the ray comes from the primitive's outer side
     point       : (3, n) float64, in the primitive's plane
     n_geometric : (3, n) float32
@@ -40,6 +43,8 @@ class Interaction:
     prim: Numbers
     table: SurfaceTable
     surface: Numbers
+    columns: Columns
+    column: Index
     entering: NDArray[np.bool_]
     point: Float64
     n_geometric: Float32
@@ -50,6 +55,12 @@ class Interaction:
     media: NDArray[np.int32] | None = None
     lit: NDArray[np.uint32] | None = None
     draws: Draws | None = None
+
+    def value(self, name: str, index: Index = ALL) -> Float32:
+        """Numbers (m,) or (3, m) of the surface model (columns.WIDTHS) for the hits `index`; not to be written to."""
+        if isinstance(index, slice):
+            return self.columns.take(name, self.column)
+        return self.columns.take(name, index if isinstance(self.column, slice) else take(self.column, index))
 
     def inner(self, index: Index) -> Float32:
         """Origins (3, m) of new rays on the far side, for the hits `index`."""
@@ -67,6 +78,8 @@ class Interaction:
             prim=take(self.prim, index),
             table=self.table,
             surface=take(self.surface, index),
+            columns=self.columns,
+            column=index if isinstance(self.column, slice) else take(self.column, index),
             entering=take(self.entering, index),
             point=take(self.point, index),
             n_geometric=n_geometric,
@@ -83,6 +96,7 @@ class Interaction:
 def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays, chosen: Index) -> Interaction:
     """Recompute the hits `chosen` (none of them a miss) of a wave of rays."""
     prim, t = take(hits.prim, chosen).astype(np.intp), take(hits.t, chosen)
+    surface = geometry.surface.take(prim)
     normal, toward = take(hits.normal, chosen), take(hits.toward, chosen)
     direction = take(rays.direction, chosen)
     entering = toward < 0
@@ -94,7 +108,9 @@ def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays, ch
     return Interaction(
         prim=prim,
         table=table,
-        surface=geometry.surface.take(prim),
+        surface=surface,
+        columns=table.columns,
+        column=surface,
         entering=entering,
         point=point,
         n_geometric=n_geometric,

@@ -11,16 +11,14 @@ Sources: gpu_shader_material_principled.glsl (order and weights), Fdez-Aguera 20
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
+from .columns import pack
 from .constants import FAINT, MIN_ROUGHNESS, TRACED_ROUGHNESS
-from .surfaces import Fields, columns
+from .fields import Fields
 from .vectors import Array
 
 TABLE_SIZE = 32
@@ -30,25 +28,6 @@ FULL_F90_IOR = 1.33
 """From IOR 1 to this EEVEE lets the reflectance at grazing angles grow from 0 to 1."""
 EDGE_COSINE = 1 / 7
 """Of 82 degrees, where the edge tint of a metal holds."""
-
-
-@dataclass(frozen=True, eq=False)
-class Lobes:
-    """Reflections of c columns of a table.
-
-    layered : (c,) bool; the others answer by their own highlight.
-    base, coat : (3, c) and (c,) colour of the two lobes, for lights.
-    base_blurred, coat_blurred : the same of what no ray follows, for the world.
-    base_roughness, coat_roughness : (c,)
-    """
-
-    layered: NDArray[np.bool_]
-    base: Float32
-    coat: Float32
-    base_blurred: Float32
-    coat_blurred: Float32
-    base_roughness: Float32
-    coat_roughness: Float32
 
 
 # ------------------------------------------------------------------------------------------------ albedos
@@ -87,14 +66,33 @@ def _masking(cos: Array, alpha: Array) -> Array:
     return 2 * cos / (cos + np.sqrt(alpha * alpha + (1 - alpha * alpha) * cos * cos))
 
 
-def albedos(cos: Float64, roughness: Float64) -> Float64:
-    """The three sums (3, n) at view cosines (n,), bilinear."""
-    table = albedo_table()
-    x, y = np.clip(cos, 0, 1) * (TABLE_SIZE - 1), np.clip(roughness, 0, 1) * (TABLE_SIZE - 1)
+def albedos(cos: Array, roughness: Array) -> Float64:
+    """The three sums (3, n) at view cosines (n,), bilinear; roughness: (n,), or (1,) for all."""
+    return np.stack([_bilinear(sums, cos, roughness) for sums in albedo_table()])
+
+
+def lobe_albedo(cos: Float32, roughness: Float32) -> Float32:
+    """Albedo (n,) of a lobe that reflects all: the first two sums."""
+    return _bilinear(_lobe_table(), cos, roughness)
+
+
+@cache
+def _lobe_table() -> Float32:
+    return albedo_table()[:2].sum(axis=0).astype(np.float32)
+
+
+def _bilinear(table: Array, cos: Array, roughness: Array) -> Array:
+    """(n,), of the table's dtype."""
+    last = table.dtype.type(TABLE_SIZE - 1)
+    x, y = np.clip(cos, 0, 1) * last, np.clip(roughness, 0, 1) * last
     i, j = np.minimum(x.astype(np.intp), TABLE_SIZE - 2), np.minimum(y.astype(np.intp), TABLE_SIZE - 2)
-    u, v = x - i, y - j
-    low = table[:, j, i] * (1 - u) + table[:, j, i + 1] * u
-    high = table[:, j + 1, i] * (1 - u) + table[:, j + 1, i + 1] * u
+    u, v = x - i.astype(x.dtype), y - j.astype(y.dtype)
+    if len(j) == 1:  # first over the roughness: then one row is left
+        low = table[j[0]] * (1 - v) + table[j[0] + 1] * v
+        return low.take(i) * (1 - u) + low.take(i + 1) * u
+    flat, i = table.reshape(-1), i + j * TABLE_SIZE
+    low = flat.take(i) * (1 - u) + flat.take(i + 1) * u
+    high = flat.take(i + TABLE_SIZE) * (1 - u) + flat.take(i + TABLE_SIZE + 1) * u
     return low * (1 - v) + high * v
 
 
@@ -141,53 +139,66 @@ def slab_tint(color: Float64, cos: Float64, ior: Float64) -> Float64:
 # ------------------------------------------------------------------------------------------------ the stack
 
 
-def layered_columns(fields: Fields, cos: Float64) -> tuple[dict[str, Any], Lobes]:
-    """Columns of the surface table, and lobes, of n hits seen at `cos` (n,)."""
-    f = fields
+def layered_columns(f: Fields, cos: Float64) -> Float32:
+    """(HEIGHT, n) columns (see `columns`) of n hits seen at `cos` (n,). Layers that are nowhere are left out."""
     metal, (body, passing) = f["reflectivity"], _split(f)
     bare = (f["ior"] == 1) & (f["pane_ior"] == 1)
     covered = np.where(bare, 1 - passing, 1.0)  # what passes unbent misses all layers: Alpha
-    sums, coat_sums = albedos(cos, f["roughness"][0]), albedos(cos, f["coat_roughness"][0])
+    traced, coat_traced = f["roughness"] < TRACED_ROUGHNESS, f["coat_roughness"] < TRACED_ROUGHNESS
+    sums = albedos(cos, f["roughness"][0])
 
-    sheen = f["sheen"] * f["sheen_tint"] * sheen_albedo(cos, f["sheen_roughness"][0])
+    sheen: Array = np.zeros((1, 1))
+    if f["sheen"].any():
+        sheen = f["sheen"] * f["sheen_tint"] * sheen_albedo(cos, f["sheen_roughness"][0])
     below = np.maximum(1 - sheen.max(0, keepdims=True), 0)
-
-    coat_f0 = normal_reflectance(f["coat_ior"])
-    coat_albedo = f["coat"] * (coat_f0 * coat_sums[0] + grazing_reflectance(coat_f0) * coat_sums[1])
-    coat = (covered * below * coat_albedo)[0]
-    below = below * np.maximum(1 - coat_albedo, 0)
-    tint = 1 + (slab_tint(f["coat_tint"], cos, f["coat_ior"]) - 1) * np.minimum(f["coat"], 1)
+    coat, below, tint = _coat(f, cos, covered, below)
     under = below * tint
 
-    metal_lobe = under * metal * metal_reflectance(f["reflection_tint"], f.get("edge_tint"), sums)
-    glass_f0 = normal_reflectance(f["ior"])
-    glass_lobe = under * passing * f["interface_tint"] * reflectance(glass_f0, grazing_reflectance(glass_f0), sums)
+    lobe: Array = np.zeros((1, 1))
+    if metal.any():
+        lobe = under * metal * metal_reflectance(f["reflection_tint"], f.get("edge_tint"), sums)
+    passed = f["transmission_tint"]
+    if (f["pane_ior"] != 1).any():
+        pane, passed = _pane(f, cos, sums)
+        lobe = lobe + under * passing * pane
     f0 = f["specular"]
-    dielectric = reflectance(f0, grazing_reflectance(f0), sums)
+    dielectric = reflectance(f0, grazing_reflectance(f0), sums) if f0.any() else np.zeros((1, 1))
     gloss = under * body * dielectric
-    diffuse = under * body * (1 - dielectric.max(0)) * f["base_color"] + covered * sheen
+    shown = lobe + gloss
+    if passing.any():
+        f0 = normal_reflectance(f["ior"])
+        interface = under * passing * f["interface_tint"] * reflectance(f0, grazing_reflectance(f0), sums)
+        shown = shown + np.where(f["ior"] == 1, 0, interface)
 
-    traced, coat_traced = f["roughness"] < TRACED_ROUGHNESS, f["coat_roughness"][0] < TRACED_ROUGHNESS
-    interface, through = np.where(bare, passing, passing * below), np.where(bare, 1.0, tint)
-    pane, passed = _pane(f, cos, sums)
-    metal_lobe = metal_lobe + under * passing * pane
-    mirror = metal_lobe + np.where(traced, gloss, 0) + np.where(coat_traced, coat, 0)
+    through = np.where(bare, 1.0, tint)
     changed = {
-        "base_color": diffuse,
-        "specular": np.zeros_like(diffuse),
-        "emission": f["emission"] * under,
-        "mirror": mirror,
-        "interface": interface[0],
+        "interface": np.where(bare, passing, passing * below),
+        "tint": passed * through,
         "interface_tint": f["interface_tint"] * through,
-        "tint": np.where(f["pane_ior"] == 1, f["transmission_tint"], passed) * through,
-        "local": np.ones_like(cos),
+        "mirror": lobe + np.where(traced, gloss, 0) + np.where(coat_traced, coat, 0),
+        "base_color": under * body * (1 - dielectric.max(0)) * f["base_color"] + covered * sheen,
+        "local": np.ones((1, 1)),
+        "ambient": f["ambient"],
+        "diffuse": f["diffuse"],
+        "emission": f["emission"] * under,
+        "lobe": shown,
+        "coat": coat,
+        "lobe_blurred": np.where(traced, 0, gloss),
+        "coat_blurred": np.where(coat_traced, 0, coat),
+        "lobe_roughness": f["roughness"],
+        "coat_roughness": f["coat_roughness"],
     }
-    result = columns(f)
-    result.update({name: value.astype(np.float32) for name, value in changed.items()})
-    lobes = (metal_lobe + gloss + np.where(f["ior"] == 1, 0, glass_lobe), coat)
-    blurred = (np.where(traced, 0, gloss), np.where(coat_traced, 0, coat))
-    rough = (f["roughness"][0], f["coat_roughness"][0])
-    return result, Lobes(np.ones(len(cos), bool), *(np.asarray(a, np.float32) for a in (*lobes, *blurred, *rough)))
+    return pack(changed, len(cos))
+
+
+def _coat(f: Fields, cos: Float64, covered: Array, below: Array) -> tuple[Array, Array, Array]:
+    """What the coat reflects, what it leaves for what is below, and how it tints that: (1 or 3, 1 or n)."""
+    if not f["coat"].any():
+        return np.zeros((1, 1)), below, np.ones((1, 1))
+    sums, f0 = albedos(cos, f["coat_roughness"][0]), normal_reflectance(f["coat_ior"])
+    albedo = f["coat"] * (f0 * sums[0] + grazing_reflectance(f0) * sums[1])
+    tint = 1 + (slab_tint(f["coat_tint"], cos, f["coat_ior"]) - 1) * np.minimum(f["coat"], 1)
+    return covered * below * albedo, below * np.maximum(1 - albedo, 0), tint
 
 
 def _pane(f: Fields, cos: Float64, sums: Float64) -> tuple[Float64, Float64]:
@@ -197,7 +208,8 @@ def _pane(f: Fields, cos: Float64, sums: Float64) -> tuple[Float64, Float64]:
     once = reflectance(f0, grazing_reflectance(f0), sums)
     color = slab_tint(f["transmission_tint"], cos, ior)
     passed = color * (1 - once) ** 2 / np.maximum(1 - (once * color) ** 2, FAINT)
-    return once * (1 + passed * color), passed
+    none = ior == 1
+    return np.where(none, 0, once * (1 + passed * color)), np.where(none, f["transmission_tint"], passed)
 
 
 def _split(f: Fields) -> tuple[Float64, Float64]:
@@ -221,5 +233,4 @@ def ggx_highlight(cos_h: Float32, cos_i: Float32, cos_o: Float32, roughness: Flo
     t = cos_h * cos_h * (alpha2 - 1) + 1
     d = alpha2 / (np.pi * t * t)
     lobe = d * _masking(cos_i, alpha) * _masking(cos_o, alpha) / (4 * cos_o)
-    sums = albedos(cos_o.astype(np.float64), np.sqrt(alpha).astype(np.float64))
-    return np.asarray(lobe / np.maximum(sums[0] + sums[1], 0.1), np.float32)
+    return np.asarray(lobe / np.maximum(lobe_albedo(cos_o, np.sqrt(alpha)), np.float32(0.1)), np.float32)

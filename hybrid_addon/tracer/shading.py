@@ -5,6 +5,8 @@ Llocal = ambient base_color E_world / pi + sum over lights (diffuse base_color /
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,7 +15,7 @@ from .accel import traceable
 from .compiled import CompiledScene
 from .constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
 from .interaction import Interaction, shadow_origin
-from .layers import Lobes, ggx_highlight
+from .layers import ggx_highlight
 from .lights import CompiledLight, Illumination, angular_radius, illuminate, shadow_rays
 from .media import Stack, transmittance
 from .rays import offset_origin, origin_offset
@@ -29,15 +31,14 @@ INVERSE_PI = np.float32(1 / np.pi)
 
 def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally) -> Float32:
     """Llocal (3, n) of hits, seen along wo. Surfaces shade on both sides: normals are on the side of wo."""
-    table, plan = hit.table, scene.plan
-    color = table.base_color.take(hit.surface, axis=1)
+    plan, color = scene.plan, hit.value("base_color")
     radiance = np.zeros(color.shape, np.float32)
     if plan.ambient:
-        radiance += color * table.ambient.take(hit.surface) * scene.world.irradiance_over_pi(hit.n_shading)
-        if table.lobes is not None:
-            _add_blurred(scene, hit, table.lobes, radiance)
+        radiance += color * hit.value("ambient") * scene.world.irradiance_over_pi(hit.n_shading)
+        if hit.table.layered.any():
+            _add_blurred(scene, hit, radiance)
     if plan.diffuse or plan.specular:
-        color *= table.diffuse.take(hit.surface) * INVERSE_PI
+        color = color * (hit.value("diffuse") * INVERSE_PI)
         point = hit.point.astype(np.float32)
         origin = shadow_origin(scene.geometry, hit) if plan.shadows else hit.outer
         for light in scene.lights:
@@ -85,13 +86,13 @@ def _add_light(
             radiance[i, wanted] += chosen[i]
 
 
-def _add_blurred(scene: CompiledScene, hit: Interaction, lobes: Lobes, radiance: Float32) -> None:
+def _add_blurred(scene: CompiledScene, hit: Interaction, radiance: Float32) -> None:
     """Add the world's blurred image in the reflections that no ray follows."""
-    for color, roughness in ((lobes.base_blurred, lobes.base_roughness), (lobes.coat_blurred, lobes.coat_roughness)):
-        weight = np.broadcast_to(take(color, hit.surface), radiance.shape)
+    for name in ("lobe", "coat"):
+        weight = np.broadcast_to(hit.value(f"{name}_blurred"), radiance.shape)
         rough = np.flatnonzero((weight != 0).any(axis=0))
         if len(rough):
-            wide = roughness.take(hit.surface[rough])
+            wide = hit.value(f"{name}_roughness", rough)
             image = scene.world.glossy(mirrored(hit.wo[:, rough], hit.n_shading[:, rough], wide), wide)
             radiance[:, rough] += weight[:, rough] * image
 
@@ -102,15 +103,14 @@ def _highlight(hit: Interaction, lit: Illumination, light: CompiledLight) -> Flo
     result = np.zeros((3, len(hit.prim)), np.float32)
     cos_i, cos_o = dot(lit.wi, hit.n_shading), dot(hit.wo, hit.n_shading)
     shines = table.shades_specular.take(hit.surface) & (lit.specular > 0) & (cos_i > 0) & (cos_o > 0)
-    if table.lobes is not None:
-        layered = table.lobes.layered.take(hit.surface)
-        _add_layered(hit, lit, light, np.flatnonzero(shines & layered), table.lobes, result)
+    if table.layered.any():
+        layered = table.layered.take(hit.surface)
+        _add_layered(hit, lit, light, np.flatnonzero(shines & layered), result)
         shines &= ~layered
         if not shines.any():
             return result
     shiny = select(shines)
     wi, wo, n = take(lit.wi, shiny), take(hit.wo, shiny), take(hit.n_shading, shiny)
-    surface = take(hit.surface, shiny)
     half = normalize(wi + wo)
     cos_h, wo_h = np.minimum(dot(half, n), np.float32(1)), dot(half, wo)
     faces = (cos_h > 0) & (wo_h > 0)
@@ -119,31 +119,28 @@ def _highlight(hit: Interaction, lit: Illumination, light: CompiledLight) -> Flo
         take(cos_i, shiny),
         take(cos_o, shiny),
         np.where(faces, wo_h, np.float32(1)),
-        table.exponent.take(surface),
+        hit.value("exponent", shiny),
     )
     lobe *= take(lit.specular, shiny)
     lobe *= faces
-    highlight = schlick(table.specular.take(surface, axis=1), wo_h) * lobe
+    highlight = schlick(hit.value("specular", shiny), wo_h) * lobe
     for i in range(3):
         result[i, shiny] = highlight[i]
     return result
 
 
-def _add_layered(
-    hit: Interaction, lit: Illumination, light: CompiledLight, index: Numbers, lobes: Lobes, result: Float32
-) -> None:
+def _add_layered(hit: Interaction, lit: Illumination, light: CompiledLight, index: Numbers, result: Float32) -> None:
     """Add the lobes of layered surfaces to result (3, n), at the hits `index`."""
     if len(index) == 0:
         return
     wi, wo, n = lit.wi[:, index], hit.wo[:, index], hit.n_shading[:, index]
-    surface = hit.surface[index]
     half = normalize(wi + wo)
     cosines = np.minimum(dot(half, n), np.float32(1)), dot(wi, n), dot(wo, n)
     radius = angular_radius(light, hit.point[:, index])
-    color = lobes.base.take(surface, axis=1) * ggx_highlight(*cosines, lobes.base_roughness.take(surface), radius)
-    coat = lobes.coat.take(surface)
+    color = hit.value("lobe", index) * ggx_highlight(*cosines, hit.value("lobe_roughness", index), radius)
+    coat = hit.value("coat", index)
     if coat.any():
-        color += coat * ggx_highlight(*cosines, lobes.coat_roughness.take(surface), radius)
+        color += coat * ggx_highlight(*cosines, hit.value("coat_roughness", index), radius)
     result[:, index] = color * lit.specular[index]
 
 
@@ -214,15 +211,16 @@ def _transmittance(
         active, d, prim, t = active[crossed], d.take(crossed, axis=1), hits.prim[crossed], hits.t[crossed]
         normal, toward = hits.normal.take(crossed, axis=1), hits.toward[crossed]
         table, surface = scene.surfaces, geometry.surface.take(prim)
+        columns, column = table.columns, cast(Index, surface)
         if table.varies_through.take(surface).any():
             at = origin[:, crossed] + d * t
-            table, surface = resolve_crossings(
+            columns, column = resolve_crossings(
                 geometry, table, prim.astype(np.intp), at, toward < 0, -normal * np.sign(toward), d
             )
-        fresnel, tint = fresnel_dielectric(np.abs(toward), table.ior.take(surface)), table.tint.take(surface, axis=1)
+        fresnel, tint = fresnel_dielectric(np.abs(toward), table.ior.take(surface)), columns.take("tint", column)
         thin = scene.media.is_thin(prim.astype(np.intp))
         fresnel, tint = both_faces(fresnel, tint, thin)
-        share = table.interface.take(surface) * (1 - fresnel)
+        share = columns.take("interface", column) * (1 - fresnel)
         if scene.settings.caustics == "SIMPLE":
             focused = simple_caustic(np.abs(toward), table.ior.take(surface))
             share = share * (focused if thin is None else np.where(thin, 1.0, focused))

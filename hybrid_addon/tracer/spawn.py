@@ -69,23 +69,22 @@ def children(
 
 def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
     """Share the light out among the mirror, the interface's reflection and its transmission."""
-    table, n = at.table, len(rays)
-    interface, tint = table.interface.take(at.surface), table.tint.take(at.surface, axis=1)
+    n, interface, tint = len(rays), at.value("interface"), at.value("tint")
     thin = scene.media.is_thin(at.prim)
     fresnel, cos_i, eta = np.zeros(n, np.float32), np.zeros(n), np.ones(n)
     optical = select(interface > 0)
     if count(optical, n):
         outside = at.entering if thin is None else at.entering | thin
-        ior, prim = table.ior.take(take(at.surface, optical)), take(at.prim, optical)
+        ior, prim = at.table.ior.take(take(at.surface, optical)), take(at.prim, optical)
         cos_i[optical] = _cosine(take(at.wo, optical), take(at.n_shading, optical))
         eta[optical] = scene.media.eta(take(rays.media, optical), prim, ior, take(outside, optical))
         fresnel[optical] = fresnel_dielectric(cos_i[optical], eta[optical])
-    bends, tinted = eta != 1, table.interface_tint.take(at.surface, axis=1)
+    bends = eta != 1
     if thin is not None:
         fresnel, tint = both_faces(fresnel, tint, thin)
         bends &= ~thin
     return Split(
-        reflected=rays.throughput * (table.mirror.take(at.surface, axis=1) + tinted * (interface * fresnel)),
+        reflected=rays.throughput * (at.value("mirror") + at.value("interface_tint") * (interface * fresnel)),
         transmitted=rays.throughput * (tint * (interface * (1 - fresnel))),
         bends=bends,
         cos_i=cos_i,

@@ -8,31 +8,21 @@ layers stand here with what they may do; their hits get columns of their own (se
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..expressions import WIDTHS, expressions_of, reads
-from ..scene import Expression, Float32, Float64, Surface, Texture
-from .constants import FAINT, MIN_ROUGHNESS, TRACED_ROUGHNESS
-
-if TYPE_CHECKING:
-    from .layers import Lobes
+from ..scene import BLACK, WHITE, Expression, Float64, Surface, Texture
+from .columns import Columns, plain_columns
+from .constants import FAINT, TRACED_ROUGHNESS
+from .fields import VARIABLE, Fields, constants
+from .tabulated import Tabulated
 
 Bools = NDArray[np.bool_]
-Fields = Mapping[str, Float64]
-"""Of each surface or hit: name -> (1 or 3, n) float64."""
-
-VARIABLE = {
-    "base_color": 3, "specular": 3, "roughness": 1, "emission": 3, "reflectivity": 1, "reflection_tint": 3,
-    "opacity": 1, "transmission_tint": 3, "interface_tint": 3, "edge_tint": 3, "coat": 1, "coat_roughness": 1,
-    "coat_tint": 3, "sheen": 1, "sheen_roughness": 1, "sheen_tint": 3,
-}  # fmt: skip
-"""What an expression may give, and how many numbers it is."""
-
 THROUGH = ("reflectivity", "opacity", "transmission_tint")
 """What a shadow ray that crosses a surface asks of it; its IOR is the same everywhere."""
 
@@ -41,17 +31,7 @@ THROUGH = ("reflectivity", "opacity", "transmission_tint")
 class SurfaceTable:
     """One column for each of the s surfaces of a scene (one default surface if it has none)."""
 
-    base_color: Float32  # (3, s) albedo
-    ambient: Float32  # (s,) weight of the world's diffuse light
-    diffuse: Float32  # (s,) weight of the lights' diffuse light
-    specular: Float32  # (3, s) F0 of the Phong highlight
-    exponent: Float32  # (s,) of the Phong highlight
-    emission: Float32  # (3, s) Le
-    local: Float32  # (s,) (1 - r) o
-    mirror: Float32  # (3, s) r reflection_tint
-    interface: Float32  # (s,) (1 - r) (1 - o): what Fresnel shares out
-    interface_tint: Float32  # (3, s) of what Fresnel reflects
-    tint: Float32  # (3, s) transmission_tint
+    columns: Columns  # what hits gather
     ior: Float64  # (s,) inside over outside
 
     emits: Bools  # (s,) Le is not 0
@@ -66,14 +46,11 @@ class SurfaceTable:
     shadow_clear: Bools  # (s,) lets every shadow ray pass unchanged
 
     varies: Bools  # (s,) each hit has a column of its own
+    expressive: Bools  # (s,) and expressions tell of it
     varies_through: Bools  # (s,) and what it lets through is not the same everywhere
+    layered: Bools  # (s,) it answers in layers
+    tabulated: Tabulated  # what of them the cosine tells
     surfaces: tuple[Surface, ...]
-    lobes: Lobes | None = None  # of tables with columns for hits on layered surfaces
-
-    @property
-    def columns(self) -> int:
-        """How many there are."""
-        return len(self.ior)
 
     @property
     def shades_locally(self) -> Bools:
@@ -101,18 +78,22 @@ class SurfaceTable:
         return any(isinstance(e.data, Texture) for s in self.surfaces for e in expressions_of(s))
 
 
-def phong_exponent(roughness: Float64) -> Float64:
-    """Blinn-Phong exponent 2 / alpha^2 - 2 of the same width as a microfacet lobe of alpha = roughness^2."""
-    alpha = np.maximum(roughness, MIN_ROUGHNESS) ** 2
-    return np.maximum(2 / alpha**2 - 2, 0.0)
-
-
 def with_expressions(surface: Surface) -> Surface:
-    """The same surface with the texture of its base colour as an expression."""
-    if surface.base_color_texture is None:
-        return surface
-    image = Expression("image", (), surface.base_color_texture)
-    return replace(surface, base_color=image, base_color_texture=None)
+    """The same surface with the texture of its base colour as an expression, and none where nothing asks for it."""
+    if surface.base_color_texture is not None:
+        image = Expression("image", (), surface.base_color_texture)
+        surface = replace(surface, base_color=image, base_color_texture=None)
+    unused: dict[str, Any] = {}
+    if surface.reflectivity == 0.0:
+        unused |= {"reflection_tint": WHITE, "edge_tint": None}
+    if surface.opacity == 1.0 or surface.reflectivity == 1.0:
+        unused |= {"transmission_tint": WHITE, "interface_tint": WHITE}
+    if surface.layered and surface.coat == 0.0:
+        unused |= {"coat_tint": WHITE, "coat_roughness": 0.0}
+    if surface.layered and surface.sheen == 0.0:
+        unused |= {"sheen_tint": BLACK, "sheen_roughness": 0.0}
+    varying = [name for name in unused if isinstance(getattr(surface, name), Expression)]
+    return replace(surface, **{name: unused[name] for name in varying})
 
 
 def layout(surface: Surface) -> dict[str, tuple[int, int]]:
@@ -131,10 +112,13 @@ def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
     low, high = _bounds(surfaces, 0.0), _bounds(surfaces, 1.0)
     layered = np.array([s.layered for s in surfaces])
     through = [any(isinstance(getattr(s, name), Expression) for name in THROUGH) for s in surfaces]
-    varies = layered | np.array([any(True for _ in expressions_of(s)) for s in surfaces])
-    may = {**_flags(low, high), **columns(high)}
-    may["mirror"] = np.where(varies, 1, may["mirror"]).astype(np.float32)
-    table = SurfaceTable(**may, varies=varies, varies_through=layered | through, surfaces=surfaces)
+    expressive = np.array([any(True for _ in expressions_of(s)) for s in surfaces])
+    table = SurfaceTable(
+        Columns(plain_columns(high, len(surfaces))), high["ior"][0], **_flags(low, high),
+        varies=layered | expressive, expressive=expressive,
+        varies_through=layered | through, layered=layered, tabulated=Tabulated(surfaces),
+        surfaces=surfaces,
+    )  # fmt: skip
     table = _with_layers(table, low, high, layered) if layered.any() else table
     return replace(table, shadow_clear=table.shadow_clear & ~table.absorbs)
 
@@ -156,32 +140,6 @@ def _bounds(surfaces: Sequence[Surface], varying: float) -> dict[str, Float64]:
     }
     rest = [constants(s) for s in surfaces]
     return {**fields, **{name: np.array([[values[name] for values in rest]]) for name in rest[0]}}
-
-
-def constants(surface: Surface) -> dict[str, float]:
-    """What no expression gives. A thin pane does not bend light: its IOR only makes it reflect."""
-    found = {name: float(getattr(surface, name)) for name in ("ambient", "diffuse", "coat_ior")}
-    ior = (1.0, surface.ior) if surface.thin else (surface.ior, 1.0)
-    return {**found, "ior": float(ior[0]), "pane_ior": float(ior[1])}
-
-
-def columns(fields: Fields) -> dict[str, Any]:
-    """The numbers of the surface model, without layers."""
-    r, o = fields["reflectivity"][0], fields["opacity"][0]
-    return {
-        "base_color": fields["base_color"].astype(np.float32),
-        "ambient": fields["ambient"][0].astype(np.float32),
-        "diffuse": fields["diffuse"][0].astype(np.float32),
-        "specular": fields["specular"].astype(np.float32),
-        "exponent": phong_exponent(fields["roughness"][0]).astype(np.float32),
-        "emission": fields["emission"].astype(np.float32),
-        "local": ((1 - r) * o).astype(np.float32),
-        "mirror": (r * fields["reflection_tint"]).astype(np.float32),
-        "interface": ((1 - r) * (1 - o)).astype(np.float32),
-        "interface_tint": fields["interface_tint"].astype(np.float32),
-        "tint": fields["transmission_tint"].astype(np.float32),
-        "ior": fields["ior"][0],
-    }
 
 
 def _flags(low: Fields, high: Fields) -> dict[str, Bools]:

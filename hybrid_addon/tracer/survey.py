@@ -155,10 +155,6 @@ class _Watch:
         if at is not None:
             self._expect(rays, way, hit)
 
-    def _surface(self, at: Interaction) -> Numbers:
-        """The scene's own surfaces of hits (n,): `at.surface` counts those that vary over a surface apart."""
-        return self.scene.geometry.surface.take(at.prim)
-
     def _begin(self, rays: Rays, hit: Numbers, at: Interaction | None) -> None:
         """Camera rays: which object each pixel shows, where, and whether it is one to judge: rough ones are not."""
         if at is None:
@@ -166,7 +162,7 @@ class _Watch:
         sample = rays.sample[hit]
         self.owner[sample] = self.scene.geometry.object[at.prim]
         self.place[:, sample] = at.point
-        self.counts[sample] = self.sharp[self._surface(at)]
+        self.counts[sample] = self.sharp[at.surface]
         np.add.at(self.pixels, self.owner[sample], 1)
 
     def _begun(self, n: int) -> _Way:
@@ -202,12 +198,12 @@ class _Watch:
             return kinds
         mirrored = (way.refractions == 0)[hit]
         once = mirrored & (way.reflections == 1)[hit]
-        unseen = self.unseen[self._surface(at)]
+        unseen = self.unseen[at.surface]
         kinds[0, hit] = once & ~unseen & ~self._on_screen(at.point)
         kinds[1, hit] = once & unseen
         kinds[2, hit] = mirrored & (way.reflections >= 2)[hit]
         other = self.scene.geometry.object[at.prim] != owner[hit]
-        kinds[3, hit] = (way.refractions >= 1)[hit] & at.entering & other & self.refracts[self._surface(at)]
+        kinds[3, hit] = (way.refractions >= 1)[hit] & at.entering & other & self.refracts[at.surface]
         return kinds
 
     def _count(self, rays: Rays, way: _Way, kinds: Bools) -> None:

@@ -1,49 +1,39 @@
-"""Surfaces that vary: at each hit their expressions are worked out, and the hit gets a column of its own."""
+"""Surfaces that vary: each hit on one gets columns of its own, by its cosine and by what the expressions give there."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import fields as dataclass_fields
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..expressions import Evaluation
-from ..scene import Expression, Float32, Float64, Surface
+from ..scene import Float32, Float64, Surface
+from .columns import NOT_CROSSED, ROWS, Columns, plain_columns
+from .fields import fields_of, limited
 from .geometry import Geometry
 from .hitdata import HitData, Numbers
 from .interaction import Interaction
-from .layers import Lobes, layered_columns
-from .surfaces import VARIABLE, Fields, SurfaceTable, columns, constants
-from .vectors import dot
+from .layers import layered_columns
+from .surfaces import SurfaceTable
+from .tabulated import factors
+from .vectors import ALL, Index, count, dot, select, take
 
-Turned = Callable[[int, Numbers, Evaluation, HitData], Float32]
 Bools = NDArray[np.bool_]
-
-SHARES = ("reflectivity", "opacity", "roughness", "coat_roughness", "sheen_roughness", "interface_tint")
 
 
 def resolve(geometry: Geometry, at: Interaction, distance: Float64) -> Interaction:
-    """The hits with columns of their own where their surfaces vary; normal maps applied. distance: (n,) along the ray.
+    """The hits with columns of their own where their surfaces vary, and normal maps applied.
 
-    Surfaces are worked out one after the other, each for all its hits.
+    distance : (n,) along the rays.
     """
-    n_shading = at.n_shading
-
-    def turned(number: int, index: Numbers, evaluate: Evaluation, data: HitData) -> Float32:
-        nonlocal n_shading
-        normal = at.table.surfaces[number].normal
-        if normal is not None:
-            n_shading = n_shading.copy() if n_shading is at.n_shading else n_shading
-            n_shading[:, index] = data.facing_normal(evaluate(normal))
-        return n_shading[:, index]
-
-    table, surface = _columns(
-        geometry, at.table, at.surface, at.prim, at.point, at.entering, at.n_shading, at.wo, distance, turned
-    )
-    return at if surface is at.surface else replace(at, table=table, surface=surface, n_shading=n_shading)
+    varies = select(at.table.varies.take(at.surface))
+    if count(varies, len(at.surface)) == 0:
+        return at
+    some = _Varying(geometry, at.table, at.prim, at.point, at.entering, at.n_shading, at.wo, distance, varies)
+    n_shading = some.turn(at.n_shading)
+    columns, column = some.columns(n_shading)
+    return replace(at, columns=columns, column=column, n_shading=n_shading)
 
 
 def resolve_crossings(
@@ -54,78 +44,85 @@ def resolve_crossings(
     entering: Bools,
     normal: Float64,
     wi: Float32,
-) -> tuple[SurfaceTable, Numbers]:
-    """Table and columns (n,) for points where shadow rays along wi cross primitives, with normals against wi."""
-    surface = geometry.surface.take(prim)
-    return _columns(
-        geometry, table, surface, prim, point, entering, normal.astype(np.float32), -wi, np.zeros(len(prim)), None
-    )
+) -> tuple[Columns, Index]:
+    """Columns, and those of n points where shadow rays along wi cross primitives, with normals against wi.
+
+    Of columns there are the rows CROSSING alone.
+    """
+    varies = select(table.varies_through.take(geometry.surface.take(prim)))
+    n = normal.astype(np.float32)
+    some = _Varying(geometry, table, prim, point, entering, n, -wi, np.zeros(len(prim)), varies)
+    return some.columns(n, crossing=True)
 
 
-def _columns(
-    geometry: Geometry, table: SurfaceTable, surface: Numbers, prim: Numbers, point: Float64, entering: Bools,
-    normal: Float32, wo: Float32, distance: Float64, turned: Turned | None,
-) -> tuple[SurfaceTable, Numbers]:  # fmt: skip
-    """The table with more columns, and the column of each hit; `turned` may give other normals."""
-    varies = np.flatnonzero(table.varies.take(surface))
-    if len(varies) == 0:
-        return table, surface
-    column, static = surface.copy(), table
-    for number in np.unique(surface[varies]).tolist():
-        index = varies[surface[varies] == number]
-        data = HitData(
-            geometry, number, prim[index], point[:, index], entering[index], normal[:, index], wo[:, index],
-            distance[index],
-        )  # fmt: skip
-        evaluate, worn = Evaluation(data), static.surfaces[number]
-        n = normal[:, index] if turned is None else turned(number, index, evaluate, data)
-        cos = np.abs(dot(wo[:, index], n)).astype(np.float64)
-        column[index] = table.columns + np.arange(len(index))
-        table = _extended(table, number, _fields(worn, evaluate, len(index)), cos)
-    return table, column
+@dataclass(frozen=True, eq=False)
+class _Worn:
+    """A surface with expressions, and the hits on it: among those that vary, and among all."""
+
+    number: int
+    surface: Surface
+    members: Index
+    hits: Index
+    data: HitData
+    evaluate: Evaluation
 
 
-def _fields(surface: Surface, evaluate: Evaluation, n: int) -> Fields:
-    """All fields of a surface at n hits, within their limits."""
-    fields = {}
-    for name, size in VARIABLE.items():
-        value = getattr(surface, name)
-        if value is None:
-            continue
-        if not isinstance(value, Expression):
-            plain = np.array(value, np.float64).reshape(-1, 1)
-        else:
-            plain = np.maximum(np.nan_to_num(evaluate(value).astype(np.float64)), 0)
-            plain = np.minimum(plain, 1) if name in SHARES else plain
-        fields[name] = np.broadcast_to(plain[:size], (size, n))
-    return {**fields, **{name: np.full((1, n), value) for name, value in constants(surface).items()}}
+class _Varying:
+    """The hits `varies`, m of n, on surfaces that vary; what expressions give for each of these surfaces."""
 
+    def __init__(
+        self, geometry: Geometry, table: SurfaceTable, prim: Numbers, point: Float64, entering: Bools,
+        normal: Float32, wo: Float32, distance: Float64, varies: Index,
+    ) -> None:  # fmt: skip
+        self.table, self.varies, self.wo = table, varies, take(wo, varies)
+        self.all_surfaces = geometry.surface.take(prim)
+        self.surface = take(self.all_surfaces, varies)
+        self.expressive: list[_Worn] = []
+        worn = np.flatnonzero(np.bincount(self.surface, minlength=len(table.varies)))
+        for number in worn[table.expressive[worn]].tolist():
+            members = select(self.surface == number)
+            index = members if isinstance(varies, slice) else take(varies, members)
+            data = HitData(
+                geometry, number, take(prim, index), take(point, index), take(entering, index), take(normal, index),
+                take(wo, index), take(distance, index),
+            )  # fmt: skip
+            self.expressive.append(_Worn(number, table.surfaces[number], members, index, data, Evaluation(data)))
 
-def _extended(table: SurfaceTable, number: int, fields: Fields, cos: Float64) -> SurfaceTable:
-    """The table with columns for n more hits of surface `number`."""
-    n, lobes = len(cos), None
-    if table.surfaces[number].layered:
-        new, lobes = layered_columns(fields, cos)
-    else:
-        new = columns(fields)
-    joined: dict[str, Any] = {}
-    for field in dataclass_fields(SurfaceTable):
-        old = getattr(table, field.name)
-        if isinstance(old, np.ndarray):
-            more = new[field.name] if field.name in new else np.full(n, old[number])
-            joined[field.name] = np.concatenate([old, more], axis=-1)
-    return replace(table, **joined, lobes=_joined(table, lobes, n))
+    def turn(self, n_shading: Float32) -> Float32:
+        """Shading normals (3, n) with normal maps applied."""
+        mapped = [worn for worn in self.expressive if worn.surface.normal is not None]
+        result = n_shading.copy() if mapped else n_shading
+        for worn in mapped:
+            assert worn.surface.normal is not None
+            result[:, worn.hits] = worn.data.facing_normal(worn.evaluate(worn.surface.normal))
+        return result
 
+    def columns(self, normal: Float32, crossing: bool = False) -> tuple[Columns, Index]:
+        """Columns, and those of all n hits with normals (3, n). crossing: the rows CROSSING alone."""
+        cos = np.abs(dot(self.wo, take(normal, self.varies))).astype(np.float64)
+        row = self.table.tabulated.row.take(self.surface)
+        known = select(row >= 0)
+        values = self.table.tabulated.columns(take(row, known), take(cos, known), crossing)
+        if not isinstance(known, slice):
+            found, values = values, np.empty((len(values), len(cos)), np.float32)
+            values[:, known] = found
+        for worn in self.expressive:
+            self._express(worn, cos, values, crossing)
+        if isinstance(self.varies, slice):
+            return Columns(values), ALL
+        static = self.table.columns.values[: len(values)]
+        column = self.all_surfaces.copy()
+        column[self.varies] = static.shape[1] + np.arange(len(cos))
+        return Columns(np.concatenate([static, values], axis=1)), column
 
-def _joined(table: SurfaceTable, lobes: Lobes | None, n: int) -> Lobes | None:
-    """The lobes of all columns; None while no surface has layers."""
-    if table.lobes is None and lobes is None:
-        return None
-    old, new = table.lobes or _none(table.columns), lobes or _none(n)
-    pairs = ((getattr(old, f.name), getattr(new, f.name)) for f in dataclass_fields(Lobes))
-    return Lobes(*(np.concatenate(pair, axis=-1) for pair in pairs))
-
-
-def _none(n: int) -> Lobes:
-    zero, black = np.zeros(n, np.float32), np.zeros((3, n), np.float32)
-    return Lobes(np.zeros(n, bool), black, zero, black, zero, zero, zero)
+    def _express(self, worn: _Worn, cos: Float64, values: Float32, crossing: bool) -> None:
+        """Write into values (rows, m) what expressions tell of the hits on one surface."""
+        surface, evaluate, members = worn.surface, worn.evaluate, worn.members
+        if self.table.tabulated.row[worn.number] >= 0:
+            for name in () if crossing else factors(surface):
+                values[ROWS[name], members] *= limited(name, evaluate(getattr(surface, name)))
+            return
+        cos = take(cos, members)
+        fields = fields_of(surface, evaluate, NOT_CROSSED if crossing else frozenset())
+        found = layered_columns(fields, cos) if surface.layered else plain_columns(fields, len(cos))
+        values[:, members] = found[: len(values)]

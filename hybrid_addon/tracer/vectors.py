@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 Index = NDArray[np.intp] | slice
 
+ALL = slice(None)
+"""The index of everything."""
+
 
 def dot(a: Array, b: Array) -> Array:
     """Dot product of (3, n) with (3, n), or of (3,) with (3, n): (n,)."""
@@ -63,7 +66,7 @@ def largest_component(a: Array) -> Array:
 def select(mask: NDArray[np.bool_]) -> Index:
     """Index of the True elements: everything as a slice (no copies), else a stable index array."""
     chosen = np.flatnonzero(mask)
-    return slice(None) if len(chosen) == len(mask) else chosen
+    return ALL if len(chosen) == len(mask) else chosen
 
 
 def take(a: Array, index: Index) -> Array:

@@ -182,14 +182,13 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tal
     if scene.plan.emission:
         glowing = select(table.emits.take(at.surface))
         if count(glowing, len(rays)):
-            emission = table.emission.take(take(at.surface, glowing), axis=1)
-            radiance = take(rays.throughput, glowing) * emission
+            radiance = take(rays.throughput, glowing) * at.value("emission", glowing)
             sums.add_radiance(take(rays.sample, glowing), radiance, take(rays.branch, glowing))
     if scene.plan.local:
         shaded = select(table.shades_locally.take(at.surface))
         if count(shaded, len(rays)):
             seen = at.take(shaded)
-            weight = take(rays.throughput, shaded) * table.local.take(seen.surface)
+            weight = take(rays.throughput, shaded) * seen.value("local")
             radiance = weight * local_radiance(scene, seen, tally)
             sums.add_radiance(take(rays.sample, shaded), radiance, take(rays.branch, shaded))
             if at.lit is not None and seen.lit is not None:

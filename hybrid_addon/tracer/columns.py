@@ -1,0 +1,101 @@
+"""Columns: the numbers of the surface model, packed into one float32 array, a column for each surface or hit.
+
+Rows that stand together are gathered together. IORs are not among them: they are float64, and the same all over a
+surface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..scene import Float32, Float64
+from .constants import MIN_ROUGHNESS
+from .fields import Fields
+from .vectors import Array, Index, take
+
+WIDTHS = {
+    "interface": 1,  # (1 - r) (1 - o): what Fresnel shares out
+    "tint": 3,  # transmission_tint
+    "interface_tint": 3,  # of what Fresnel reflects
+    "mirror": 3,  # r reflection_tint
+    "base_color": 3,  # albedo
+    "local": 1,  # (1 - r) o
+    "ambient": 1,  # weight of the world's diffuse light
+    "diffuse": 1,  # weight of the lights' diffuse light
+    "specular": 3,  # F0 of the Phong highlight
+    "exponent": 1,  # of the Phong highlight
+    "emission": 3,  # Le
+    "lobe": 3,  # of layered surfaces: colour of the base's reflection, for lights
+    "coat": 1,  # and of the coat's
+    "lobe_blurred": 3,  # the same of what no ray follows, for the world
+    "coat_blurred": 1,
+    "lobe_roughness": 1,
+    "coat_roughness": 1,
+}  # fmt: skip
+"""What there is, in the order of the rows, and how many rows each takes. What rays cross stands first."""
+
+
+def _rows() -> dict[str, slice]:
+    found, start = {}, 0
+    for name, width in WIDTHS.items():
+        found[name] = slice(start, start + width)
+        start += width
+    return found
+
+
+ROWS = _rows()
+HEIGHT = sum(WIDTHS.values())
+CROSSING = slice(0, ROWS["tint"].stop)
+"""What a shadow ray asks of a surface that it crosses."""
+NOT_CROSSED = frozenset(("base_color", "specular", "emission", "reflection_tint", "edge_tint"))
+"""Fields that change nothing of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """values: (HEIGHT, c) float32; for shadow rays that cross surfaces only the rows CROSSING."""
+
+    values: Float32
+
+    def take(self, name: str, index: Index) -> Float32:
+        """(m,) or (3, m) of the columns `index`; a view where these are all."""
+        rows = self.values[ROWS[name]]
+        return take(rows[0] if len(rows) == 1 else rows, index)
+
+
+def pack(numbers: Mapping[str, Array], n: int) -> Float32:
+    """(HEIGHT, n) float32 of (n,), (1, n) or (3, n) float64 by name, n or 1 of each; 0 for what is not there."""
+    values = np.zeros((HEIGHT, n), np.float32)
+    for name, value in numbers.items():
+        values[ROWS[name]] = value
+    return values
+
+
+def plain_columns(f: Fields, n: int) -> Float32:
+    """(HEIGHT, n): the numbers of the surface model, without layers."""
+    r, o = f["reflectivity"], f["opacity"]
+    return pack(
+        {
+            "interface": (1 - r) * (1 - o),
+            "tint": f["transmission_tint"],
+            "interface_tint": f["interface_tint"],
+            "mirror": r * f["reflection_tint"],
+            "base_color": f["base_color"],
+            "local": (1 - r) * o,
+            "ambient": f["ambient"],
+            "diffuse": f["diffuse"],
+            "specular": f["specular"],
+            "exponent": phong_exponent(f["roughness"]),
+            "emission": f["emission"],
+        },
+        n,
+    )
+
+
+def phong_exponent(roughness: Float64) -> Float64:
+    """Blinn-Phong exponent 2 / alpha^2 - 2 of the same width as a microfacet lobe of alpha = roughness^2."""
+    alpha = np.maximum(roughness, MIN_ROUGHNESS) ** 2
+    return np.maximum(2 / alpha**2 - 2, 0.0)
