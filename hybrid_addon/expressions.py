@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .procedural import TEXTURES
 from .scene import Color, Expression, Number, Surface, Texture, Value
 
 Array = NDArray[Any]
@@ -291,6 +292,7 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
     "average": _average,
     "join": _join,
     "channel": lambda a, data: a[min(data, len(a) - 1)][None],
+    "rows": lambda a, data: a[data[0] : data[1]],
     "ramp": _ramp,
     "curves": _curves,
     "rgb_to_hsv": _rgb_to_hsv,
@@ -337,6 +339,7 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
     ),
     "sign": np.sign,
     "truncate": np.trunc,
+    **TEXTURES,
 }
 """Operations on the values of their inputs, and on `data` as a last argument if there is some."""
 

@@ -104,6 +104,30 @@ def curved(tree, point, tint):
     return b_curves.outputs[0]
 
 
+def textured(kind, output, **values):
+    """Socket values by name, settings of the node in lower case."""
+
+    def build(tree, point, tint):
+        b_node = tree.nodes.new(kind)
+        for name in (name for name in values if name.islower()):
+            setattr(b_node, name, values[name])
+        for name in (name for name in values if not name.islower()):
+            b_node.inputs[name].default_value = values[name]
+        tree.links.new(point, b_node.inputs["Vector"])
+        return b_node.outputs[output]
+
+    return build
+
+
+def speckled(tree, point, tint):
+    """White noise of 4 x 4 fields."""
+    b_snap, b_noise = tree.nodes.new("ShaderNodeVectorMath"), tree.nodes.new("ShaderNodeTexWhiteNoise")
+    b_snap.operation, b_snap.inputs[1].default_value = "SNAP", (0.25, 0.25, 0.25)
+    tree.links.new(point, b_snap.inputs[0])
+    tree.links.new(b_snap.outputs[0], b_noise.inputs["Vector"])
+    return b_noise.outputs["Color"]
+
+
 NODES = {
     **{kind: mixed(kind) for kind in ("MULTIPLY", "SCREEN", "OVERLAY", "SOFT_LIGHT", "DODGE", "DIFFERENCE")},
     **{f"math {kind}": computed(kind) for kind in ("POWER", "MODULO", "PINGPONG", "GREATER_THAN")},
@@ -117,6 +141,11 @@ NODES = {
     "separate": passed("ShaderNodeSeparateColor"),
     "ramp": ramped,
     "curves": curved,
+    "noise": textured("ShaderNodeTexNoise", "Color", Scale=1.5, Detail=1.5, Distortion=0.7, noise_dimensions="4D"),
+    "voronoi": textured("ShaderNodeTexVoronoi", "Color", Scale=2.0, Smoothness=0.5, feature="SMOOTH_F1"),
+    "wave": textured("ShaderNodeTexWave", "Color", Scale=0.3, Distortion=1.0, wave_type="RINGS"),
+    "bricks": textured("ShaderNodeTexBrick", "Color", Scale=1.0, Color1=(0.9, 0.2, 0.1, 1), Color2=(0.1, 0.6, 0.3, 1)),
+    "white noise": speckled,
 }
 
 

@@ -46,7 +46,10 @@ def rendered(addon):
     voronoi.inputs["Scale"].default_value = 0.7
     coordinates = unknown.nodes.new("ShaderNodeTexCoord")
     unknown.links.new(coordinates.outputs["Object"], voronoi.inputs["Vector"])
-    unknown.links.new(voronoi.outputs["Color"], unknown.nodes["Principled BSDF"].inputs["Base Color"])
+    glow, seen = unknown.nodes.new("ShaderNodeEmission"), unknown.nodes.new("ShaderNodeShaderToRGB")
+    unknown.links.new(voronoi.outputs["Color"], glow.inputs["Color"])
+    unknown.links.new(glow.outputs[0], seen.inputs[0])
+    unknown.links.new(seen.outputs[0], unknown.nodes["Principled BSDF"].inputs["Base Color"])
     bpy.ops.mesh.primitive_plane_add(size=40, location=(0, WALL_Y - 20, 0))
     hybrid.mark(bpy.context.object, reflectivity=1.0)
     scene.camera.location, scene.camera.rotation_euler = (0.5, -6, 2.5), (1.35, 0, 0.05)

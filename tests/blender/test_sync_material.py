@@ -302,12 +302,12 @@ def test_light_path_switches_show_what_the_camera_sees(material):
 
 def test_links_that_are_not_followed_are_named_and_the_default_is_used(material):
     b_node = material.add("ShaderNodeBsdfPrincipled", Metallic=0.25, Roughness=0.1)
-    b_noise = material.add("ShaderNodeTexNoise")
-    b_noise.label = "Scratches"
-    material.link(b_noise.outputs[0], b_node.inputs["Metallic"])
+    b_wires = material.add("ShaderNodeWireframe")
+    b_wires.label = "Scratches"
+    material.link(b_wires.outputs[0], b_node.inputs["Metallic"])
     assert material.shade(b_node).reflectivity == 0.25
     assert list(material.warn) == [
-        "material 'Stuff': 'Metallic' is linked to node 'Scratches' (Noise Texture), which is not followed; "
+        "material 'Stuff': 'Metallic' is linked to node 'Scratches' (Wireframe), which is not followed; "
         "its own value is used: bake it to an image"
     ]
 

@@ -15,7 +15,8 @@ from typing import Any
 
 from ... import expressions as ex
 from ...scene import BLACK, WHITE, Expression, Surface
-from . import value_nodes as _registered  # noqa: F401  (adds its nodes to the table of `values`)
+from . import texture_nodes as _textures  # noqa: F401  (these two add their nodes to the table of `values`)
+from . import value_nodes as _registered  # noqa: F401
 from .nodes import Node, Socket
 from .texture import NodeReader
 from .values import color, number, vector

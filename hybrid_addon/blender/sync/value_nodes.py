@@ -1,4 +1,4 @@
-"""Nodes that work on values: mathematics, colours, vectors, and textures that are formulas. See `values`."""
+"""Nodes that work on values: mathematics, colours, vectors. See `values`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ... import expressions as ex
 from ...scene import Float64, Value
 from .nodes import Node
 from .texture import NodeReader
-from .values import NODES, color, default_coordinates, number, value_of, vector
+from .values import NODES, color, number, value_of, vector
 
 TABLE_STEPS = 257
 """Of colour ramps and curves, as EEVEE tabulates them."""
@@ -194,18 +194,6 @@ def _combine(node: Node, output: str, reader: NodeReader) -> Value | None:
     return joined if mode == "RGB" else None
 
 
-def _checker(node: Node, output: str, reader: NodeReader) -> Value:
-    point, scale = default_coordinates(reader, node), number(reader, node, "Scale")
-    if output != "Color":
-        return ex.apply("checker_factor", point, scale)
-    return ex.apply("checker", point, color(reader, node, "Color1"), color(reader, node, "Color2"), scale)
-
-
-def _gradient(node: Node, output: str, reader: NodeReader) -> Value:
-    kind = {"QUADRATIC_SPHERE": "QUADRATIC_SPHERE"}.get(node.b_node.gradient_type, node.b_node.gradient_type)
-    return ex.apply("gradient", default_coordinates(reader, node), data=kind)
-
-
 def _ambient_occlusion(node: Node, output: str, reader: NodeReader) -> Value:
     reader.give_up(f"node {node.name!r}: ambient occlusion is not traced; it is 1")
     return color(reader, node, "Color") if output == "Color" else 1.0
@@ -235,8 +223,6 @@ NODES.update(
         "ShaderNodeCombineRGB": _combine,
         "ShaderNodeCombineHSV": _combine,
         "ShaderNodeCombineXYZ": _combine,
-        "ShaderNodeTexChecker": _checker,
-        "ShaderNodeTexGradient": _gradient,
         "ShaderNodeAmbientOcclusion": _ambient_occlusion,
     }
 )

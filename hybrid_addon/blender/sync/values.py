@@ -1,7 +1,7 @@
 """Nodes that give numbers, colours and vectors -> values: constants where they are, else expressions.
 
 `value_of` follows whatever is linked to a socket. A node that is not in the table NODES (here the inputs; the rest in
-`value_nodes`) is named in a warning, and the socket's own value is used.
+`value_nodes` and `texture_nodes`) is named in a warning, and the socket's own value is used.
 """
 
 from __future__ import annotations
@@ -83,6 +83,14 @@ def _of_node(reader: NodeReader, node: Node, socket: Socket) -> Any:
 
 
 # ------------------------------------------------------------------------------------------------ images, coordinates
+
+
+def once(reader: NodeReader, node: Node, make: Callable[[], Value]) -> Value:
+    """What several outputs of a node have in common, made once."""
+    key = ("node", node.b_node.as_pointer(), tuple(g.as_pointer() for g in node.groups))
+    if key not in reader.values:
+        reader.values[key] = make()
+    return reader.values[key]  # type: ignore[no-any-return]
 
 
 def _image(node: Node, output: str, reader: NodeReader) -> Value | None:
