@@ -8,7 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from ..scene import Film, Float32, Instance, Plane, PointLight, Scene, Surface, Texture, TriangleMesh, World
+from ..scene import (
+    Film,
+    Float32,
+    Instance,
+    Light,
+    Plane,
+    PointLight,
+    Scene,
+    SpotLight,
+    SunLight,
+    Surface,
+    Texture,
+    TriangleMesh,
+    World,
+)
 from . import build
 from .case import Measured, Theme
 from .compare import different_pixels, largest, off_edges
@@ -173,18 +187,23 @@ def _() -> Measured:
 @THEME.case(
     22,
     "broken-texels",
-    "an image with NaN and infinite texels",
-    "finite pixels: failures are pink and counted",
+    "an image and a sky with a NaN and an infinite texel each",
+    "the picture with black ones there, bit by bit; they are counted",
     0,
     "pixels",
 )
 def _() -> Measured:
-    pixels = np.full((4, 4, 4), 0.5, np.float32)
-    pixels[0, 0], pixels[3, 3] = np.nan, np.inf
-    surface = Surface(base_color_texture=Texture("broken", pixels))
-    film = build.shoot(lit(build.floor(2, uv_maps={"": build.RAMP_UVS}), surface), allow=("nan_pixels",))
-    bad = int(np.count_nonzero(~np.isfinite(film.radiance).all(-1)))
-    return Measured(bad, f"{film.invariants['nan_pixels']} pixels counted", film.radiance)
+    def seen(nan: float, inf: float) -> Film:
+        pixels = np.full((4, 4, 4), 0.5, np.float32)
+        pixels[0, 0, :3], pixels[3, 3, :3] = nan, inf
+        image = Texture("broken", pixels)
+        scene = lit(build.floor(2, uv_maps={"": build.RAMP_UVS}), Surface(base_color_texture=image, reflectivity=0.5))
+        return build.shoot(replace(scene, world=World((1, 1, 1), replace(image, name="sky"))))
+
+    broken = seen(np.nan, np.inf)
+    counted = sum(int(str(e["count"])) for e in broken.skipped if e["what"] == "texels")
+    wrong = different_pixels(broken.radiance, seen(0, 0).radiance) + abs(counted - 4)
+    return Measured(wrong, f"{counted} of 4 texels counted", broken.radiance)
 
 
 IMPOSSIBLE: tuple[dict[str, Any], ...] = (
@@ -207,6 +226,21 @@ def is_refused(scene: Scene) -> bool:
 )
 def _() -> Measured:
     return Measured(sum(not is_refused(lit(build.box(), Surface(**values))) for values in IMPOSSIBLE))
+
+
+@THEME.case(
+    22, "impossible-lights", "NaN, infinite and negative sizes, ranges, cones and weights", "refused", 0, "not refused"
+)
+def _() -> Measured:
+    wrong: tuple[dict[str, Any], ...] = (
+        {"radius": np.nan}, {"radius": -1.0}, {"radius": np.inf}, {"range": np.nan}, {"range": -1.0},
+        {"diffuse": np.nan}, {"specular": np.inf}, {"cos_cone": np.nan}, {"blend": np.nan},
+        {"world_to_light": np.full((3, 3), np.nan)}, {"position": (0, 0, np.nan)}, {"intensity": (0, np.inf, 0)},
+    )  # fmt: skip
+    spot, sun = SpotLight("spot", (1, -2, 4), (20, 20, 20)), SunLight("sun", (0, 0, 1), (1, 1, 1))
+    lights: list[Light] = [replace(spot, **values) for values in wrong]
+    lights += [replace(sun, angle=angle) for angle in (np.nan, -0.1)]
+    return Measured(sum(not is_refused(replace(lit(build.box()), lights=(light,))) for light in lights))
 
 
 @THEME.case(

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..scene import BLACK, Instance, PointLight, Scene, Sphere, Surface, World
+from ..scene import BLACK, Film, Instance, PointLight, Scene, Sphere, Surface, World
 from . import build
 from .case import Measured, Theme
 from .compare import different_pixels, largest
@@ -115,6 +115,31 @@ def _() -> Measured:
         worst = max(worst, float(np.max(film.residual - whole.residual)) - cutoff)
         cut.append(f"{sum(film.rays.values()) / sum(whole.rays.values()):.0%}")
     return Measured(max(worst, 0.0), "rays left: " + ", ".join(cut))
+
+
+@THEME.case(
+    19,
+    "shadow-rays-cut-short",
+    "a floor lit through 70 tinted sheets: more than a shadow ray crosses",
+    "|error| <= residual x L_max in every pixel, and a residual there alone",
+    1e-4,
+    "excess radiance",
+)
+def _() -> Measured:
+    def seen(number: int) -> Film:
+        tinted = build.glass(1.0, transmission_tint=(0.99999,) * 3)
+        sheets = ((build.floor(1, 1 + k / 100), tinted) for k in range(number))
+        lens = build.camera((0, -6, 2), (0, 0, 0), (0, 0, 1), (48, 36), 0.5)
+        lamp = PointLight("lamp", (0, 0, 5), (20, 20, 20))
+        return build.shoot(build.make_scene((build.floor(4), build.matte()), *sheets, camera=lens, lights=(lamp,)))
+
+    film, below, brightest = seen(70), slice(8, 19), 20 / 5**2  # the camera looks at the floor below the sheets
+    cut = film.residual[below] > 0
+    lit = seen(0).radiance[below].astype(np.float64) * 1.0
+    error = np.abs(film.radiance[below] - lit).max(-1)
+    excess = float((error - film.residual[below] * brightest).max())
+    there = bool(cut.any()) and float(np.max(error, where=~cut, initial=0)) < 1e-3
+    return Measured(max(excess, 0.0) if there else np.nan, f"errors up to {error.max():.2f}", film.radiance)
 
 
 # ------------------------------------------------------------------------------------------------ sliders

@@ -10,6 +10,7 @@ from . import (  # some files only add cases to a theme of another one
     cameras,
     degenerate,
     determinism,
+    effects,
     energy,
     film,
     fresnel,
@@ -28,7 +29,7 @@ from .case import Case, Result
 
 MODULES = (
     invariance, rays, fresnel, optics, lenses, energy, media, sheets, degenerate, transforms, lighting, strength,
-    normals, cameras, film, determinism,
+    normals, cameras, film, determinism, effects,
 )  # fmt: skip
 THEMES = tuple(dict.fromkeys(module.THEME for module in MODULES))
 CASES: tuple[Case, ...] = tuple(case for theme in THEMES for case in theme.cases)

@@ -89,6 +89,8 @@ class Backing:
         self.height, self.width = raster.depth.shape
         alpha = raster.pixels[..., 3]
         shown = (alpha >= BACKED_ALPHA) & (raster.depth > 0) & np.isfinite(raster.pixels).all(axis=-1)
+        if raster.albedo is not None:
+            shown &= np.isfinite(raster.albedo).all(axis=-1)
         place = np.where(shown, raster.depth, np.nan).astype(np.float64)
         if camera.projection == "PERSP":
             place = 1 / place

@@ -12,6 +12,9 @@ from .lights import CompiledLight, offset_on_light, range_window, spot_factor
 from .sampler import UInt32, disk, hash32, permute, r2
 from .vectors import Array, dot, normalize, orthonormal_basis
 
+FAR = 1024.0
+"""Seen from so many of its radii away, a ball is a disk to 5e-7."""
+
 
 @dataclass(frozen=True, eq=False)
 class Emitted:
@@ -33,7 +36,10 @@ def emit(light: CompiledLight, group: Casters, number: UInt32, key: UInt32) -> E
     if isinstance(light.light, SunLight):
         return _emit_sun(light, group, aim, spread)
     position = light.position.astype(np.float64)
-    center = group.center[:, None] if np.isfinite(group.radius) else position
+    if np.isfinite(group.radius):
+        center = group.center[:, None]
+    else:  # a plane lies all around: up, and far enough that a ball looks like a disk
+        center = position + _UP * (FAR * getattr(light.light, "radius", 0.0) or 1.0)
     axis = np.broadcast_to(center - position, (3, len(number)))
     # A light with a size shines from all of it, turned towards the ball as towards a receiver.
     has_size = isinstance(light.light, AreaLight) or light.light.radius > 0

@@ -38,6 +38,7 @@ class Interaction:
     media       : (rows, n) int32, solids around the hit on the side of wo; None: nothing absorbs, nobody asks
     lit         : (n,) uint32, sum of the keys of the lights that reach it; None: nobody asks
     draws       : its random numbers; None: shadows are hard
+    cut         : (n,) bool, a shadow ray of it was not followed to its light; None: nobody asks
     """
 
     prim: Numbers
@@ -55,6 +56,7 @@ class Interaction:
     media: NDArray[np.int32] | None = None
     lit: NDArray[np.uint32] | None = None
     draws: Draws | None = None
+    cut: NDArray[np.bool_] | None = None
 
     def value(self, name: str, index: Index = ALL) -> Float32:
         """Numbers (m,) or (3, m) of the surface model (columns.WIDTHS) for the hits `index`; not to be written to."""
@@ -90,6 +92,7 @@ class Interaction:
             media=None if self.media is None else take(self.media, index),
             lit=None if self.lit is None else take(self.lit, index),
             draws=None if self.draws is None else self.draws.take(index),
+            cut=None if self.cut is None else take(self.cut, index),
         )
 
 

@@ -105,7 +105,7 @@ def _beams(scene: CompiledScene) -> list[_Beam]:
             key = hash32(salt ^ lamp.key ^ np.uint32(rank))
             beams.append(_Beam(lamp, group, key, 0))
             power = emit(lamp, group, np.arange(PILOT, dtype=np.uint32), key).power
-            light.append(float(power.sum()) if lamp.light.cast_shadow else 0.0)
+            light.append(float(np.abs(power).sum()) if lamp.light.cast_shadow else 0.0)  # lamps may be negative
     if not sum(light):
         return []
     counts = [round(scene.settings.photons * share / sum(light)) for share in light]
@@ -133,7 +133,7 @@ class _Tracer:
         emitted = emit(beam.light, beam.group, number, beam.key)
         power = emitted.power / beam.count
         origin, direction = emitted.origin.astype(np.float32), emitted.direction.astype(np.float32)
-        sound = traceable(origin, direction) & (power > 0).any(axis=0)
+        sound = traceable(origin, direction) & (power != 0).any(axis=0)
         n = len(number)
         media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, tally)
         endless = np.full(n, np.inf, np.float32)

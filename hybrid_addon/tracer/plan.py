@@ -22,6 +22,7 @@ from .media import Media
 from .reach import bounds_of, can_reach
 from .solids import find_solids
 from .surfaces import SurfaceTable, compile_surfaces, expressions_of, layout
+from .texels import with_finite_texels
 from .validate import validate
 from .world import CompiledWorld
 
@@ -166,6 +167,9 @@ def prepare(scene: Scene, settings: Settings) -> Prepared:
     if unknown:
         raise ValueError(f"settings: no pruning is called {unknown[0]!r}")
     notes = _Notes(settings.keep)
+    scene, texels = with_finite_texels(scene)
+    if texels:
+        notes.skipped.append({"what": "texels", "why": "not finite: black", "count": texels})
     scene = _with_images(scene, notes)
     surfaces, world = compile_surfaces(scene.surfaces), CompiledWorld(scene.world)
     layouts = [layout(s) for s in surfaces.surfaces]

@@ -24,6 +24,7 @@ from .tally import Tally
 from .varying import resolve_crossings
 from .vectors import Array, Index, count, dot, normalize, select, take
 
+Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 
 INVERSE_PI = np.float32(1 / np.pi)
@@ -149,25 +150,45 @@ def _visible_share(
 ) -> Array:
     """What share, (m,) or (3, m), of a light gets to the origins (3, m) at the hits `wanted`: the mean over samples."""
     normal, media = take(hit.n_geometric, wanted), None if hit.media is None else take(hit.media, wanted)
+    cut = np.zeros(origin.shape[1], bool)
+    seen = _seen_share(scene, light, hit, origin, normal, media, wanted, cut, tally)
+    if hit.cut is not None and cut.any():
+        hit.cut[wanted] |= cut
+    return seen
+
+
+def _seen_share(
+    scene: CompiledScene, light: CompiledLight, hit: Interaction, origin: Float32, normal: Float32,
+    media: Stack | None, wanted: Index, cut: Bools, tally: Tally,
+) -> Array:  # fmt: skip
+    """The same, with marks in `cut` (m,) where a shadow ray is not followed to its end."""
     if hit.draws is None or not light.is_soft:
-        return visibility(scene, *shadow_rays(light, origin, normal, None), origin, media, tally)
+        return visibility(scene, *shadow_rays(light, origin, normal, None), origin, media, tally, cut)
     draws, parts = hit.draws.take(wanted), scene.settings.shadow_samples
     squares = [draws.square(light.key, part, parts) for part in range(parts)]
     rays = (shadow_rays(light, origin, normal, square) for square in squares)
-    seen = [visibility(scene, wi, distance, origin, media, tally) for wi, distance in rays]
+    seen = [visibility(scene, wi, distance, origin, media, tally, cut) for wi, distance in rays]
     return seen[0] if parts == 1 else np.asarray(sum(seen) / np.float32(parts), np.float32)
 
 
 def visibility(
-    scene: CompiledScene, wi: Float32, distance: Float32, origin: Float32, media: Stack | None, tally: Tally
+    scene: CompiledScene,
+    wi: Float32,
+    distance: Float32,
+    origin: Float32,
+    media: Stack | None,
+    tally: Tally,
+    cut: Bools | None = None,
 ) -> Array:
     """What share, (n,) or (3, n), of the light `distance` (n,) along wi (3, n) gets to the origins (3, n).
 
-    media : (rows, n), the solids around the origins.
+    media : (rows, n), the solids around the origins.   cut : (n,), gets marks where a ray is not followed to its end.
     """
     t_max = distance * np.float32(SHADOW_REACH)
     is_open = traceable(origin, wi)
     sound = select(is_open)
+    if cut is not None and not isinstance(sound, slice):
+        cut |= ~is_open
     tally.add("dropped", len(is_open) - count(sound, len(is_open)))
     tally.add("shadow", count(sound, len(is_open)))
     if len(scene.shadow_opaque):
@@ -177,7 +198,11 @@ def visibility(
         return is_open
     remaining = select(is_open)
     media = None if media is None else take(media, remaining)
-    passed = _transmittance(scene, take(origin, remaining), take(wi, remaining), take(t_max, remaining), media, tally)
+    passed, exhausted = _transmittance(
+        scene, take(origin, remaining), take(wi, remaining), take(t_max, remaining), media, tally
+    )
+    if cut is not None and len(exhausted):
+        cut[exhausted if isinstance(remaining, slice) else remaining[exhausted]] = True
     if isinstance(remaining, slice):
         return passed
     visible = np.zeros(origin.shape, np.float32)
@@ -188,11 +213,12 @@ def visibility(
 
 def _transmittance(
     scene: CompiledScene, origin: Float32, wi: Float32, t_max: Float32, media: Stack | None, tally: Tally
-) -> Float32:
+) -> tuple[Float32, Numbers]:
     """Product (3, n) over the non-opaque surfaces on straight shadow rays of (1-r)(1-o)(1-F) transmission_tint.
 
     And of what the solids between them leave over, where any absorbs; media: (rows, n), those around the origins.
     The ray is not bent, so at both faces of a solid its angle is that in the outer medium, and F is taken from there.
+    Also the rays that cross too many: they count as blocked.
     """
     geometry = scene.geometry
     result = np.ones(wi.shape, np.float32)
@@ -207,7 +233,7 @@ def _transmittance(
             result[:, active] *= transmittance(scene.media.shadow_absorption, media, way).astype(np.float32)
         crossed = np.flatnonzero(crosses)
         if len(crossed) == 0:
-            return result
+            return result, crossed
         active, d, prim, t = active[crossed], d.take(crossed, axis=1), hits.prim[crossed], hits.t[crossed]
         normal, toward = hits.normal.take(crossed, axis=1), hits.toward[crossed]
         table, surface = scene.surfaces, geometry.surface.take(prim)
@@ -234,7 +260,7 @@ def _transmittance(
         alive = np.flatnonzero((passed > 0).any(axis=0))
         active, d, prim, t = active[alive], d.take(alive, axis=1), prim[alive], t[alive]
         if len(active) == 0:
-            return result
+            return result, active
         media = None if media is None else media.take(alive, axis=1)
         onward = normal.take(alive, axis=1) * np.sign(toward[alive])
         point = origin.take(crossed[alive], axis=1) + d * t
@@ -242,4 +268,4 @@ def _transmittance(
         origin = offset_origin(point, onward, origin_offset(point.astype(np.float32), geometry.extent.take(prim)))
     result[:, active] = 0
     tally.add("shadow_crossings_exhausted", len(active))
-    return result
+    return result, active

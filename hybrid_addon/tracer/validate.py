@@ -17,6 +17,7 @@ from ..scene import (
     Scene,
     Settings,
     Sphere,
+    SpotLight,
     SunLight,
     Surface,
     TriangleMesh,
@@ -28,6 +29,7 @@ _COLORS = (
     "base_color", "specular", "emission", "reflection_tint", "transmission_tint", "interface_tint", "coat_tint",
     "sheen_tint", "absorption",
 )  # fmt: skip
+_OF_LIGHTS = {"radius", "angle", "diffuse", "specular", "cos_cone", "blend"}
 
 
 def validate(scene: Scene, settings: Settings, mask: Float32 | None) -> None:
@@ -45,6 +47,7 @@ def validate(scene: Scene, settings: Settings, mask: Float32 | None) -> None:
         _check_shape(shape)
     _check_lights(scene)
     _require(_finite(scene.world.radiance), f"world: radiance must be finite, got {scene.world.radiance}")
+    _require(bool(np.isfinite(scene.world.rotation).all()), "world: rotation must be finite")
 
 
 def _shapes(scene: Scene) -> list[Sphere | Plane]:
@@ -97,6 +100,8 @@ def _check_camera(scene: Scene) -> None:
     )
     _require(bool(np.isfinite(camera.matrix_world).all()), "camera: matrix_world must be finite")
     _require(_finite(camera.view_plane), f"camera: view_plane must be finite, got {camera.view_plane}")
+    clip = (camera.clip_start, camera.clip_end)
+    _require(not np.isnan(clip).any(), f"camera: clip_start and clip_end must be numbers, got {clip}")
     if camera.lens is not None:
         lens = camera.lens
         sizes = (lens.radius, lens.focus_distance, lens.ratio, lens.rotation)
@@ -122,8 +127,9 @@ def _check_raster(scene: Scene) -> None:
     for name, array, shape in (
         ("pixels", scene.raster.pixels, (y1 - y0, x1 - x0, 4)),
         ("depth", scene.raster.depth, (y1 - y0, x1 - x0)),
+        ("albedo", scene.raster.albedo, (y1 - y0, x1 - x0, 3)),
     ):
-        _require(np.shape(array) == shape, f"raster: {name} must be {shape}, got {np.shape(array)}")
+        _require(array is None or np.shape(array) == shape, f"raster: {name} must be {shape}, got {np.shape(array)}")
 
 
 def _check_mesh(mesh: TriangleMesh) -> None:
@@ -222,3 +228,11 @@ def _check_lights(scene: Scene) -> None:
             color, place = light.intensity, light.position
         _require(_finite(color), f"{name}: its colour must be finite, got {color}")
         _require(_finite(place), f"{name}: its place must be finite, got {place}")
+        for field in _OF_LIGHTS & vars(light).keys():
+            value = getattr(light, field)
+            _require(math.isfinite(value), f"{name}: {field} must be finite, got {value}")
+        for field in {"radius", "angle", "range"} & vars(light).keys():
+            value = getattr(light, field)
+            _require(value >= 0, f"{name}: {field} must not be negative, got {value}")  # a range may be infinite
+        if isinstance(light, SpotLight):
+            _require(bool(np.isfinite(light.world_to_light).all()), f"{name}: world_to_light must be finite")

@@ -188,8 +188,12 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tal
         shaded = select(table.shades_locally.take(at.surface))
         if count(shaded, len(rays)):
             seen = at.take(shaded)
+            seen.cut = np.zeros(len(seen.prim), bool)
             weight = take(rays.throughput, shaded) * seen.value("local")
             radiance = weight * local_radiance(scene, seen, tally)
             sums.add_radiance(take(rays.sample, shaded), radiance, take(rays.branch, shaded))
+            if seen.cut.any():
+                lost = np.flatnonzero(seen.cut)
+                sums.add_residual(take(rays.sample, shaded)[lost], weight[:, lost])
             if at.lit is not None and seen.lit is not None:
                 at.lit[shaded] = seen.lit

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from hybrid_addon.scene import PointLight, Settings, World
+from hybrid_addon.stability import effects
+from hybrid_addon.stability.build import shoot
 from hybrid_addon.tracer import forks, passes
 from hybrid_addon.tracer.render import Cancelled, trace
 
@@ -60,6 +62,13 @@ def test_the_picture_is_that_of_threads(scene):
     assert processes.sampling == threads.sampling
     assert processes.time["shade"]["cpu"] > 0
     assert children() == before
+
+
+@pytest.mark.parametrize("blurred", [False, True])
+def test_with_every_effect_too(blurred):
+    scene = effects.out_of_focus(effects.effects()) if blurred else effects.effects()
+    film = shoot(scene, **effects.HYBRID, threads=4, processes=True, chunk=512)
+    assert effects.differ(film, effects.reference(blurred)) == 0
 
 
 def test_the_work_is_done_elsewhere(scene, monkeypatch):

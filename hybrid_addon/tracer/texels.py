@@ -1,0 +1,59 @@
+"""Broken images: texels that are not finite count as black, as in Cycles.
+
+One of them would else be all of the light of a sky.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from ..expressions import expressions_of
+from ..scene import Expression, Scene, Surface, Texture
+
+Images = Mapping[int, Texture]
+
+
+def with_finite_texels(scene: Scene) -> tuple[Scene, int]:
+    """The scene with black for numbers of its images that are not finite; and how many texels have such."""
+    images = {id(e.data): e.data for s in scene.surfaces for e in expressions_of(s) if isinstance(e.data, Texture)}
+    if scene.world.environment is not None:
+        images[id(scene.world.environment)] = scene.world.environment
+    broken = {key: image for key, image in images.items() if not _is_finite(image)}
+    if not broken:
+        return scene, 0
+    count = sum(int(np.count_nonzero(~np.isfinite(image.pixels).all(axis=-1))) for image in broken.values())
+    mended = {key: replace(image, pixels=_mended(image)) for key, image in broken.items()}
+    sky = scene.world.environment
+    world = scene.world if sky is None else replace(scene.world, environment=mended.get(id(sky), sky))
+    return replace(scene, world=world, surfaces=tuple(_surface(s, mended) for s in scene.surfaces)), count
+
+
+def _is_finite(image: Texture) -> bool:
+    """The sum is finite only if all is; where it overflows all is looked at."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return bool(np.isfinite(image.pixels.sum()) or np.isfinite(image.pixels).all())
+
+
+def _mended(image: Texture) -> Any:
+    return np.where(np.isfinite(image.pixels), image.pixels, np.float32(0))
+
+
+def _surface(surface: Surface, mended: Images) -> Surface:
+    """The surface over the mended images; what its expressions share they share still."""
+    known: dict[int, Expression] = {}
+
+    def mend(value: Any) -> Any:
+        if isinstance(value, Texture):
+            return mended.get(id(value), value)
+        if not isinstance(value, Expression):
+            return value
+        if id(value) not in known:
+            inputs = tuple(mend(given) for given in value.inputs)
+            known[id(value)] = Expression(value.operation, inputs, mend(value.data))
+        return known[id(value)]
+
+    return replace(surface, **{field.name: mend(getattr(surface, field.name)) for field in fields(surface)})
