@@ -1,11 +1,13 @@
 """The fast tracer against a slow, obvious one: recursive, float64, one ray at a time, no acceleration structure."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hybrid_addon.scene import PointLight, Settings, Surface, World
+from hybrid_addon.scene import PointLight, Settings, Sphere, SunLight, Surface, Texture, World
 from hybrid_addon.tracer import trace
 
 TINY = 1e-9  # float64: scenes are about 10 m, errors about 1e-15 of that
@@ -14,8 +16,9 @@ TINY = 1e-9  # float64: scenes are about 10 m, errors about 1e-15 of that
 class Oracle:
     def __init__(self, scene, max_depth):
         self.scene, self.max_depth = scene, max_depth
-        triangles, surfaces = [], []
-        self.body, self.size = [], []  # of each triangle: its instance; of each instance: its size if it is a solid
+        triangles, surfaces, self.uv = [], [], []
+        # Of each triangle and sphere: its body; of each body: its size if it is a solid, and what it is made of.
+        self.body, self.size, self.matter = [], [], []
         for i in scene.instances:
             mesh, m = scene.meshes[i.mesh], np.asarray(i.matrix_world)
             v = mesh.vertices.astype(float) @ m[:3, :3].T + m[:3, 3]
@@ -24,9 +27,17 @@ class Oracle:
             s = scene.surfaces[i.surfaces[0]]
             clear = s.opacity < 1 and s.reflectivity < 1 and len(mesh.vertices) == 8  # a box, not a sheet
             self.size.append(np.linalg.norm(v.max(0) - v.min(0)) if clear else None)
-            surfaces += [scene.surfaces[i.surfaces[0]]] * len(mesh.triangles)
+            self.matter.append(s)
+            surfaces += [s] * len(mesh.triangles)
+            self.uv += [mesh.uv_maps[""][t] if mesh.uv_maps else None for t in mesh.triangles]
+        for ball in scene.spheres:
+            s = scene.surfaces[ball.surface]
+            self.body.append(len(self.size))
+            self.size.append(2 * 3**0.5 * ball.radius if s.opacity < 1 and s.reflectivity < 1 else None)
+            self.matter.append(s)
+            surfaces.append(s)
         self.surfaces = surfaces
-        t = np.concatenate(triangles)
+        t = np.concatenate([np.zeros((0, 3, 3)), *triangles])
         self.v0, self.e1, self.e2 = t[:, 0], t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]
 
     def hits(self, o, d):
@@ -40,7 +51,31 @@ class Oracle:
             v = (q @ d) / det
             t = (self.e2 * q).sum(1) / det
             found = np.flatnonzero((det != 0) & (u >= 0) & (v >= 0) & (u + v <= 1) & (t > TINY))
-        return sorted((t[k], k) for k in found)
+        found = [(t[k], int(k)) for k in found]
+        for number, ball in enumerate(self.scene.spheres):
+            f = o - ball.center
+            root = (f @ d) ** 2 - f @ f + ball.radius**2
+            if root > 0:
+                both = -(f @ d) + np.array([-1, 1]) * np.sqrt(root)
+                found += [(x, len(self.v0) + number) for x in both if x > TINY]
+        return sorted(found)
+
+    def normal(self, k, p):
+        if k >= len(self.v0):
+            ball = self.scene.spheres[k - len(self.v0)]
+            return (p - ball.center) / ball.radius
+        n = np.cross(self.e1[k], self.e2[k])
+        return n / np.linalg.norm(n)
+
+    def color(self, k, p):
+        """Its constant, or the texel under p."""
+        texture = self.surfaces[k].base_color_texture
+        if texture is None:
+            return np.array(self.surfaces[k].base_color)
+        b = np.linalg.lstsq(np.stack([self.e1[k], self.e2[k]], 1), p - self.v0[k], rcond=None)[0]
+        u, v = np.array([1 - b.sum(), *b]) @ self.uv[k]
+        h, w = texture.pixels.shape[:2]
+        return texture.pixels[int(np.floor(v * h)) % h, int(np.floor(u * w)) % w, :3].astype(float)
 
     @staticmethod
     def fresnel(c, eta):
@@ -52,21 +87,29 @@ class Oracle:
         ct = np.sqrt(1 - s2)
         return (((c - eta * ct) / (c + eta * ct)) ** 2 + ((eta * c - ct) / (eta * c + ct)) ** 2) / 2
 
-    def visible(self, p, light):
-        d = np.array(light) - p
-        distance = np.linalg.norm(d)
-        through = np.ones(3)
-        for t, k in self.hits(p, d / distance):
+    def visible(self, p, d, distance, inside):
+        """What gets to p from along d, through what lets light pass, straight on."""
+        through, last = np.ones(3), 0.0
+        for t, k in self.hits(p, d):
             if t < distance:
-                s = self.surfaces[k]
-                n = np.cross(self.e1[k], self.e2[k])
-                cos = abs(n @ d) / np.linalg.norm(n) / distance
-                through = through * (1 - s.reflectivity) * (1 - s.opacity) * (1 - self.fresnel(cos, s.ior))
-                through = through * s.transmission_tint
-        return through
+                s, body = self.surfaces[k], self.body[k]
+                cos = self.normal(k, p + t * d) @ d
+                through = through * self.absorbed(inside, t - last) * (1 - s.reflectivity) * (1 - s.opacity)
+                through = through * (1 - self.fresnel(abs(cos), s.ior)) * s.transmission_tint
+                inside, last = self.across(inside, body, cos < 0), t
+        return through * (self.absorbed(inside, distance - last) if np.isfinite(distance) else 1)
+
+    def across(self, inside, body, entering):
+        if self.size[body] is None:
+            return inside
+        return inside | {body} if entering else inside - {body}
+
+    def absorbed(self, inside, distance):
+        body = self.medium(inside)
+        return 1.0 if body is None else np.exp(-np.array(self.matter[body].absorption) * distance)
 
     def ior(self, body):
-        return 1.0 if body is None else self.scene.surfaces[self.scene.instances[body].surfaces[0]].ior
+        return 1.0 if body is None else self.matter[body].ior
 
     def medium(self, bodies):
         """The smallest of the bodies that a point is inside of; None for vacuum."""
@@ -78,30 +121,30 @@ class Oracle:
             return np.array(self.scene.world.radiance)
         t, k = hits[0]
         s, p = self.surfaces[k], o + t * d
-        n = np.cross(self.e1[k], self.e2[k])
-        n /= np.linalg.norm(n)
+        n = self.normal(k, p)
         entering = n @ d < 0
         n = n if entering else -n
-        cos = -(n @ d)
+        cos, color = -(n @ d), self.color(k, p)
         result = np.array(s.emission, float)
-        local = s.ambient * np.array(s.base_color) * self.scene.world.radiance
+        local = s.ambient * color * self.scene.world.radiance
         for light in self.scene.lights:
-            to = np.array(light.position) - p
-            d2 = to @ to
-            cos_i = max(n @ to / np.sqrt(d2), 0)
-            e = np.array(light.intensity) * cos_i / (d2 + light.radius**2)
-            if cos_i > 0:
-                local = local + s.diffuse * np.array(s.base_color) / np.pi * e * self.visible(
-                    p + n * TINY, light.position
-                )
+            if isinstance(light, SunLight):
+                wi, distance, strength = np.array(light.direction), np.inf, np.array(light.irradiance)
+                wi = wi / np.linalg.norm(wi)
+            else:
+                to = np.array(light.position) - p
+                distance = np.linalg.norm(to)
+                wi, strength = to / distance, np.array(light.intensity) / (distance**2 + light.radius**2)
+            if n @ wi > 0:
+                visible = self.visible(p + n * TINY, wi, distance, inside)
+                local = local + s.diffuse * color / np.pi * strength * (n @ wi) * visible
         result += (1 - s.reflectivity) * s.opacity * local
         body = self.body[k]
-        beyond = inside
+        beyond = self.across(inside, body, entering)
         if self.size[body] is None:
             eta = s.ior if entering else 1 / s.ior
         else:
             assert entering != (body in inside)
-            beyond = inside | {body} if entering else inside - {body}
             eta = self.ior(self.medium(beyond)) / self.ior(self.medium(inside))
         f = self.fresnel(cos, eta)
         share = (1 - s.reflectivity) * (1 - s.opacity)
@@ -112,7 +155,7 @@ class Oracle:
         if passed.any() and (depth < self.max_depth or eta == 1):
             wt = d / eta + (cos / eta - np.sqrt(1 - (1 - cos * cos) / eta**2)) * n
             result += passed * self.radiance(p - n * TINY, wt, depth + (eta != 1), beyond)
-        return result
+        return result * self.absorbed(inside, t)
 
     def picture(self):
         cam = self.scene.camera
@@ -127,9 +170,11 @@ class Oracle:
 
 
 def random_scene(build, seed):
-    """Three to six tilted boxes and sheets of random surfaces around the origin."""
+    """Three to six tilted boxes, balls and sheets of random surfaces around the origin, sheets with textures."""
     rng = np.random.default_rng(seed)
-    parts = []
+    parts, balls = [], []
+    cloth = Texture("cloth", rng.random((2, 3, 4)).astype(np.float32), interpolation="CLOSEST")
+    uvs = {"": np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float32)}
     for _ in range(rng.integers(3, 7)):
         q, _r = np.linalg.qr(rng.normal(size=(3, 3)))
         m = np.eye(4)
@@ -142,16 +187,27 @@ def random_scene(build, seed):
             opacity=float(rng.choice([0, 0.5, 1])),
             transmission_tint=tuple(rng.random(3)),
             ior=float(rng.choice([1.0, 0.8, 1.33, 1.5])),
+            absorption=tuple(rng.random(3) * (rng.random() < 0.5)),
         )
-        shape = build.box() if rng.random() < 0.6 else build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
-        parts.append((shape, surface, {"matrix": m}))
+        kind = rng.random()
+        if kind < 0.25:
+            center, radius = tuple(m[:3, 3].tolist()), float(rng.uniform(0.3, 1))
+            balls.append((Sphere("ball", center, radius, 0, ray_traced=True), surface))
+            continue
+        sheet = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], uv_maps=uvs)
+        surface = surface if kind < 0.7 else replace(surface, base_color_texture=cloth)
+        parts.append((build.box() if kind < 0.7 else sheet, surface, {"matrix": m}))
     lights = tuple(
         PointLight("p", tuple(rng.uniform(-4, 4, 3)), tuple(rng.random(3) * 20), radius=0.1) for _ in range(2)
     )
+    lights += (SunLight("s", tuple(rng.normal(size=3)), tuple(rng.random(3))),)
     eye = rng.normal(size=3)
     eye = 5 * eye / np.linalg.norm(eye)
     cam = build.camera(eye, up=(0, 0, 1), size=(10, 8), half=0.4)
-    return build.scene(*parts, camera=cam, lights=lights, world=World((0.2, 0.3, 0.4)))
+    s = build.scene(*parts, camera=cam, lights=lights, world=World((0.2, 0.3, 0.4)))
+    first = len(s.surfaces)
+    spheres = tuple(replace(ball, surface=first + number) for number, (ball, _) in enumerate(balls))
+    return replace(s, spheres=spheres, surfaces=(*s.surfaces, *(surface for _, surface in balls)))
 
 
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture], derandomize=True)
