@@ -21,12 +21,16 @@ def corner_data(b_mesh: bpy.types.Mesh, key: str, name: str, warn: Warnings) -> 
         return _color(b_mesh, of, name, warn)
     if kind == "tangent":
         return _tangents(b_mesh, of, name, warn)
-    local = _of_vertices(b_mesh, "position", "vector", 3)
-    if kind == "generated":
-        low, high = local.min(axis=0, initial=np.inf), local.max(axis=0, initial=-np.inf)
-        size = np.where(high > low, high - low, 1)
-        local = ((local - low) / size).astype(np.float32)
-    return local[_vertex_of_corner(b_mesh)]
+    of_vertices = _generated(b_mesh) if kind == "generated" else _of_vertices(b_mesh, "position", "vector", 3)
+    return of_vertices[_vertex_of_corner(b_mesh)]
+
+
+def _generated(b_mesh: bpy.types.Mesh) -> Float32:
+    """(nv, 3), 0..1 over the mesh's texture space, before modifiers deformed it; 0.5 along an axis without extent."""
+    values = np.zeros(3 * len(b_mesh.vertices), np.float32)
+    b_mesh.vertices.foreach_get("undeformed_co", values)
+    middle, half = (np.array(v, np.float32) for v in (b_mesh.texspace_location, b_mesh.texspace_size))
+    return (values.reshape(-1, 3) - middle) / (2 * np.where(half != 0, half, np.float32(1))) + np.float32(0.5)
 
 
 def uv_layer(b_mesh: bpy.types.Mesh, uv_name: str) -> bpy.types.MeshUVLoopLayer | None:
