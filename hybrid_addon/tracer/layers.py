@@ -87,13 +87,13 @@ def _bilinear(table: Array, cos: Array, roughness: Array) -> Array:
     x, y = np.clip(cos, 0, 1) * last, np.clip(roughness, 0, 1) * last
     i, j = np.minimum(x.astype(np.intp), TABLE_SIZE - 2), np.minimum(y.astype(np.intp), TABLE_SIZE - 2)
     u, v = x - i.astype(x.dtype), y - j.astype(y.dtype)
-    if len(j) == 1:  # first over the roughness: then one row is left
+    if len(j) == 1:  # one row is left; in the order of below, or a chunk with a single hit would differ by a bit
         low = table[j[0]] * (1 - v) + table[j[0] + 1] * v
         return low.take(i) * (1 - u) + low.take(i + 1) * u
     flat, i = table.reshape(-1), i + j * TABLE_SIZE
-    low = flat.take(i) * (1 - u) + flat.take(i + 1) * u
-    high = flat.take(i + TABLE_SIZE) * (1 - u) + flat.take(i + TABLE_SIZE + 1) * u
-    return low * (1 - v) + high * v
+    left = flat.take(i) * (1 - v) + flat.take(i + TABLE_SIZE) * v
+    right = flat.take(i + 1) * (1 - v) + flat.take(i + TABLE_SIZE + 1) * v
+    return left * (1 - u) + right * u
 
 
 def reflectance(f0: Float64, f90: Float64 | float, sums: Float64) -> Float64:
