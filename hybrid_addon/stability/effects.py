@@ -162,7 +162,11 @@ def _() -> Measured:
 
 
 @film.THEME.case(
-    37, "threads-with-every-effect", f"{ALL}: 1, 2 and 3 threads, chunks of 999 and 100 rays", "the same picture, bit by bit", 0
+    37,
+    "threads-with-every-effect",
+    f"{ALL}: 1, 2, 3 threads, chunks of 999, 100 rays",
+    "the same picture, bit by bit",
+    0,
 )
 def _() -> Measured:
     found = [
