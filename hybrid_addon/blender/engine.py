@@ -28,6 +28,8 @@ CHANNELS = {"NORMAL": "XYZ", "SHADOW": "RGB", "REFLECTION": "RGB", "REFRACTION":
 LIGHT_PASSES = {"reflection", "refraction", "raster_backed"}
 """Passes that add up with the picture, so that they are multiplied by coverage as it is."""
 
+USE_EEVEE = "has the add-on's internal engine: set Render Engine to EEVEE and tick Hybrid"
+
 PASS_TYPES = {"X": "VALUE", "XYZ": "VECTOR", "RGB": "COLOR"}
 
 
@@ -35,7 +37,7 @@ class HybridTracer(bpy.types.RenderEngine):
     """Ray traces the flagged objects of the scene that this one has as its background set."""
 
     bl_idname = pipeline.ENGINE
-    bl_label = "Hybrid Tracer"
+    bl_label = "Hybrid (internal)"  # it stands in the list of engines: nobody should choose it
     bl_use_preview = False
     bl_use_shading_nodes_custom = False
     _said = ""
@@ -51,9 +53,9 @@ class HybridTracer(bpy.types.RenderEngine):
         if images.EMPTY_MARK in depsgraph.scene:
             self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
             return
-        scene = depsgraph.scene.background_set
+        scene = depsgraph.scene.background_set if pipeline.TRACE_MARK in depsgraph.scene else None
         if scene is None:
-            self._fail("", "this scene belongs to the Hybrid add-on: render your own scene instead")
+            self._fail("", f"scene '{depsgraph.scene.name}' {USE_EEVEE}")
             return
         try:
             from ..tracer import Cancelled

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
 import bpy
 from bpy.app.handlers import persistent
 
-from . import images, pipeline, results, shadows
+from . import images, note, pipeline, results, shadows
 from .fingerprint import Fingerprint, fingerprint
 
 _undone: Fingerprint | None = None
+_unfinished: deque[int] = deque(maxlen=1024)  # hashes of the fingerprints that a step of ours followed
+_again: Any = None  # the operator, undo or redo, that goes on
 
 
 def _later() -> None:
@@ -27,27 +30,42 @@ def _tick() -> float | None:
 
     Blender's undo reuses what did not change between two steps from memory, pointers included: a change that no step
     knows of leaves pointers to removed data there, and crashes it later. For the same reason an undo is left alone
-    until the user changes something: our repair would be a step that he can never undo past.
+    until the user changes something: our repair would be a step that he can never undo past. Undo and redo do not stop
+    between the user's step and ours after it, where the picture would be wrong: they go on to the next one.
     """
-    global _undone
+    global _undone, _again
     if bpy.app.is_job_running("RENDER"):
         return 0.5  # a render reads the scene on another thread: wait
+    if _again is not None:
+        operator, _again = _again, None
+        _in_window(operator)
+        return None
     before = fingerprint()
     if before == _undone:
         return None
     _undone = None
+    imported = note.take_back()
     pipeline.sync_all()
     if fingerprint() != before:
+        _unfinished.append(hash(before))
+        push_undo()
+    elif imported:
         push_undo()
     return None
 
 
 def push_undo() -> None:
     """Make what the pipeline has just changed a step of the undo history (there is none in the background)."""
+    _in_window(bpy.ops.ed.undo_push, message="Hybrid")
+
+
+def _in_window(operator: Any, **properties: str) -> None:
+    """Run an operator of the undo history; a timer's context has no window of its own."""
     windows = [] if bpy.app.background else list(bpy.context.window_manager.windows)
-    if windows:  # a timer's context has none of its own
+    if windows:
         with bpy.context.temp_override(window=bpy.context.window or windows[0]):
-            bpy.ops.ed.undo_push(message="Hybrid")
+            if operator.poll():
+                operator(**properties)
 
 
 @persistent
@@ -67,18 +85,32 @@ def _concerns_us(b_id: bpy.types.ID) -> bool:
 
 @persistent
 def _on_undone(*_args: Any) -> None:
-    global _undone
+    _moved(bpy.ops.ed.undo)
+
+
+@persistent
+def _on_redone(*_args: Any) -> None:
+    _moved(bpy.ops.ed.redo)
+
+
+def _moved(operator: Any) -> None:
+    """The user has gone one step through the history: leave it as it is, or go on if a step of ours is the next."""
+    global _undone, _again
     if bpy.app.background:
         pipeline.sync_all()
-    else:
-        _undone = fingerprint()
+        return
+    _undone = fingerprint()
+    _again = operator if hash(_undone) in _unfinished else None
+    if _again is not None:
+        _later()
 
 
 @persistent
 def _on_loaded(*_args: Any) -> None:
     """At once: Blender makes the first undo step of the new file after this."""
-    global _undone
-    _undone = None
+    global _undone, _again
+    _undone = _again = None
+    note.take_back()
     pipeline.sync_all()
     if bpy.app.background and any(pipeline.is_active(scene) for scene in bpy.data.scenes):
         images.ensure_render_result()
@@ -94,11 +126,13 @@ def _before_save(*_args: Any) -> None:
     """A saved file holds the user's scene and our settings, nothing that needs the add-on to render."""
     if not bpy.app.background and bpy.app.is_job_running("RENDER"):
         return  # saved as it is; the next load brings it in step
+    note.leave()
     pipeline.tear_down_all()
 
 
 @persistent
 def _after_save(*_args: Any) -> None:
+    note.take_back()
     if any(scene.hybrid.enabled for scene in bpy.data.scenes):
         pipeline.sync_all()
         push_undo()
@@ -131,7 +165,7 @@ def _frame_ends(scene: bpy.types.Scene, *_args: Any) -> None:
 _HANDLERS: tuple[tuple[str, Callable[..., None]], ...] = (
     ("depsgraph_update_post", _on_update),
     ("undo_post", _on_undone),
-    ("redo_post", _on_undone),
+    ("redo_post", _on_redone),
     ("load_post", _on_loaded),
     ("blend_import_post", _on_imported),
     ("save_pre", _before_save),

@@ -27,7 +27,10 @@ def source_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
     own = [layer for layer in scene.view_layers if not layer.get(MASK_MARK)]
     marked = [layer for layer in own if layer.get(SOURCE_MARK)]
     used = [layer for layer in own if layer.use]
-    return (marked or used or own)[0]
+    found = (marked or used or own)[0]
+    if found.layer_collection is None:  # a scene that Blender has just made
+        found.update()
+    return found
 
 
 def mask_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer | None:
@@ -55,22 +58,27 @@ def sync_mask_layer(
         if hasattr(source, name):
             set_(mask, name, getattr(source, name))
     for layer in scene.view_layers:
-        own = layer.layer_collection.children[ours.name]
-        set_(own, "exclude", layer != mask)
-    set_(mask.layer_collection.children[ours.name], "holdout", True)
+        set_(_children(layer.layer_collection)[ours], "exclude", layer != mask)
+    set_(_children(mask.layer_collection)[ours], "holdout", True)
     _imitate(source.layer_collection, mask.layer_collection, ours)
     return mask
 
 
 def _imitate(b_from: bpy.types.LayerCollection, b_to: bpy.types.LayerCollection, ours: bpy.types.Collection) -> None:
     """Copy the per-layer switches of the user's collections."""
+    twins = _children(b_to)
     for child in b_from.children:
         if child.collection == ours:
             continue
-        twin = b_to.children[child.name]
+        twin = twins[child.collection]
         for name in ("exclude", "holdout", "indirect_only"):
             set_(twin, name, getattr(child, name))
         _imitate(child, twin, ours)
+
+
+def _children(b_layer: bpy.types.LayerCollection) -> dict[bpy.types.Collection, bpy.types.LayerCollection]:
+    """By collection: names are not unique, a linked one may have that of a local one."""
+    return {child.collection: child for child in b_layer.children}
 
 
 def set_(owner: bpy.types.bpy_struct, name: str, value: object) -> None:

@@ -28,19 +28,25 @@ TRACE_SCENE = "Hybrid Trace"
 TRACE_LAYER = "Traced"
 ENGINE = "HYBRID_TRACER"
 COLLECTION_MARK = "hybrid_collection"  # custom property on our collections
+TRACE_MARK = "hybrid_trace"  # and on our scenes: a user may choose our engine for his own
 
 
 # ------------------------------------------------------------------------------------------------ questions
 
 
+def eevee() -> str:
+    """EEVEE's engine id, which differs between Blender versions: the one that Blender itself starts with."""
+    return str(bpy.types.RenderSettings.bl_rna.properties["engine"].enum_items[0].identifier)
+
+
 def is_eevee(scene: bpy.types.Scene) -> bool:
-    """Whether EEVEE draws this scene (its engine id differs between Blender versions)."""
-    return scene.render.engine in {"BLENDER_EEVEE", "BLENDER_EEVEE_NEXT"}
+    """Whether EEVEE draws this scene."""
+    return bool(scene.render.engine == eevee())
 
 
 def is_trace_scene(scene: bpy.types.Scene) -> bool:
     """Whether the scene is one of ours."""
-    return scene.render.engine == ENGINE
+    return scene.render.engine == ENGINE and TRACE_MARK in scene
 
 
 def is_active(scene: bpy.types.Scene) -> bool:
@@ -252,11 +258,11 @@ def _sync_collection(scene: bpy.types.Scene) -> bpy.types.Collection:
         collection[COLLECTION_MARK] = True
         scene.collection.children.link(collection)
     wanted = flagged_objects(scene)
-    for b_object in list(collection.objects):
-        if b_object not in wanted:
-            collection.objects.unlink(b_object)
+    there = set(collection.objects)  # not by name: a linked object may have that of a local one
+    for b_object in there.difference(wanted):
+        collection.objects.unlink(b_object)
     for b_object in wanted:
-        if b_object.name not in collection.objects:
+        if b_object not in there:
             collection.objects.link(b_object)
     return collection
 
@@ -266,6 +272,7 @@ def _sync_trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene:
     if trace is None:
         trace = bpy.data.scenes.new(TRACE_SCENE)
         trace.render.engine = ENGINE
+        trace[TRACE_MARK] = True
         trace.background_set = scene
         trace.view_layers[0].name = TRACE_LAYER
     set_(trace, "camera", scene.camera or _marker_camera(scene))  # Blender refuses to render a scene without one
