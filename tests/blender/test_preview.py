@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
 
 from hybrid_addon.blender import engine, images
+from hybrid_addon.blender.preview import view as view_module
 from hybrid_addon.blender.preview.display import Display
 from hybrid_addon.blender.preview.job import Job
 from hybrid_addon.blender.preview.view import View
@@ -120,3 +122,19 @@ def test_a_job_says_what_it_cannot_trace(scene):
     job = Job(broken, view, engine.preview_settings(scene), Display.of(scene), budget=1.0)
     finish(job)
     assert "ior" in job.problem and job.take_picture() is None
+
+
+def test_the_render_region_bounds_the_preview(monkeypatch):
+    """Ctrl B: the scene's border within the camera's frame, cut where the region ends; elsewhere the viewport's own."""
+    region, box = SimpleNamespace(width=200, height=100), (0.25, 0.5, 0.75, 1.0)
+    names = ("min_x", "min_y", "max_x", "max_y")
+    border = dict(zip([f"border_{n}" for n in names], box, strict=True))
+    scene = SimpleNamespace(render=SimpleNamespace(use_border=True, **border))
+    own = dict(zip([f"render_border_{n}" for n in names], (0.1, 0.2, 0.3, 0.4), strict=True))
+    space = SimpleNamespace(region_3d=None, use_render_border=True, **own)
+    monkeypatch.setattr(view_module, "_frame", lambda *_: (-100.0, 20.0, 300.0, 120.0))
+    assert view_module._rect(region, space, object(), scene) == (0, 70, 200, 100)
+    assert view_module._rect(region, space, None, scene) == (20, 20, 60, 40)
+    scene.render.use_border = space.use_render_border = False
+    assert view_module._rect(region, space, object(), scene) == (0, 20, 200, 100)
+    assert view_module._rect(region, space, None, scene) == (0, 0, 200, 100)

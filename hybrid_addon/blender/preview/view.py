@@ -38,7 +38,7 @@ class View:
             tuple(tuple(row) for row in r3d.view_matrix.inverted_safe()),
             tuple(tuple(row) for row in r3d.window_matrix),
             (region.width, region.height),
-            _frame(region, r3d, camera, scene) if camera else (0, 0, region.width, region.height),
+            _rect(region, space, camera, scene),
             clip,
         )
 
@@ -64,16 +64,34 @@ class View:
         )
 
 
+def _rect(
+    region: bpy.types.Region, space: bpy.types.SpaceView3D, camera: bpy.types.Object | None, scene: bpy.types.Scene
+) -> Rect:
+    """The part of the region that EEVEE draws: the camera's frame or all of it, within the render region (Ctrl B)."""
+    frame = (0.0, 0.0, float(region.width), float(region.height))
+    if camera is not None:
+        frame = _frame(region, space.region_3d, camera, scene) or frame
+    x0, y0, x1, y1 = frame
+    owner, prefix = (scene.render, "") if camera is not None else (space, "render_")
+    if scene.render.use_border if camera is not None else space.use_render_border:
+        low_x, low_y, high_x, high_y = (
+            getattr(owner, f"{prefix}border_{end}_{axis}") for end in ("min", "max") for axis in "xy"
+        )
+        x0, x1 = (x0 + share * (x1 - x0) for share in (low_x, high_x))
+        y0, y1 = (y0 + share * (y1 - y0) for share in (low_y, high_y))
+    left, bottom = max(round(x0), 0), max(round(y0), 0)
+    return (left, bottom, max(min(round(x1), region.width), left), max(min(round(y1), region.height), bottom))
+
+
 def _frame(
     region: bpy.types.Region, r3d: bpy.types.RegionView3D, camera: bpy.types.Object, scene: bpy.types.Scene
-) -> Rect:
-    """Where the camera's frame lies in the region: outside of it there is no picture."""
+) -> tuple[float, float, float, float] | None:
+    """Where the camera's frame lies in the region, (x0, y0, x1, y1); it may reach beyond it. None: nowhere."""
     corners = [
         location_3d_to_region_2d(region, r3d, camera.matrix_world @ corner)
         for corner in camera.data.view_frame(scene=scene)
     ]
     if any(corner is None for corner in corners):
-        return (0, 0, region.width, region.height)
-    x, y = ([round(corner[axis]) for corner in corners] for axis in (0, 1))
-    x0, y0 = max(min(x), 0), max(min(y), 0)
-    return (x0, y0, max(min(max(x), region.width), x0), max(min(max(y), region.height), y0))
+        return None
+    x, y = ([corner[axis] for corner in corners] for axis in (0, 1))
+    return (min(x), min(y), max(x), max(y))
