@@ -3,6 +3,8 @@
 # No `from __future__ import annotations` here: Blender reads the properties from the annotations themselves.
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import PropertyGroup, WindowManager
 
@@ -59,7 +61,7 @@ class HYBRID_OT_advise(bpy.types.Operator):
             row = advice.rows.add()
             row.name, row.why = entry["object"], "\n".join(entry["why"])
             row.coverage, row.seconds, row.suggested = entry["coverage"], entry["seconds"], entry["suggested"]
-        self.report({"INFO"}, f"{sum(row.suggested for row in advice.rows)} objects need rays")
+        self.report({"INFO"}, rpt_("{} objects need rays").format(sum(row.suggested for row in advice.rows)))
         return {"FINISHED"}
 
 
@@ -110,6 +112,7 @@ class HYBRID_RENDER_PT_advice(bpy.types.Panel):
     bl_context = "render"
     bl_parent_id = "HYBRID_RENDER_PT_settings"
     bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 1
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
@@ -118,7 +121,8 @@ class HYBRID_RENDER_PT_advice(bpy.types.Panel):
         if advice.scene != context.scene.name:
             return
         if not advice.rows:
-            layout.label(text="Nothing here that EEVEE cannot draw", icon="CHECKMARK")
+            layout.label(text="No object here needs rays", icon="CHECKMARK")
+            layout.label(text="Rough surfaces are left to EEVEE", icon="BLANK1")
             return
         layout.template_list("HYBRID_UL_advice", "", advice, "rows", advice, "active", rows=3)
         column = layout.column(align=True)
@@ -128,7 +132,8 @@ class HYBRID_RENDER_PT_advice(bpy.types.Panel):
         layout.operator("hybrid.flag_advised", icon="CHECKMARK")
         total = sum(row.seconds for row in advice.rows)
         column = layout.column(align=True)
-        column.label(text=f"All of them: {cost({'seconds': total})}, {advice.build:.2g} s to build")
+        text = iface_("All of them: {}, {:.2g} s to build").format(cost({"seconds": total}), advice.build)
+        column.label(text=text, translate=False)
         column.label(text="An estimate from a coarse picture traced here")
 
 

@@ -1,4 +1,4 @@
-"""Mask and traced buffer as two small pictures over the Render Result in the Image Editor.
+"""What a hybrid picture is made of, over the Render Result in the Image Editor: two small pictures, or a whole one.
 
 A gizmo draws them, not a draw handler: Blender calls those while it holds the locks of the image. Python waits there
 until the engine lets go of the interpreter, the engine, which reads the render result, for the locks: for ever.
@@ -27,6 +27,7 @@ MARGIN, LABEL = 10, 11
 
 _pictures: tuple[Any, dict[str, Float32]] | None = None  # (frame and display, what they look like)
 _quads: tuple[Any, list[tuple[str, Any]]] | None = None  # (the same and the rectangles, what is drawn)
+_whole: tuple[Any, Any] | None = None  # (frame, display, what is shown and where; the same as drawn)
 
 
 def redraw() -> None:
@@ -45,7 +46,11 @@ class HYBRID_GT_insets(bpy.types.Gizmo):
     def draw(self, context: bpy.types.Context) -> None:
         """In each redraw of an image editor."""
         frame = results.frames.get(context.scene.name)
-        if frame is not None:
+        if frame is None:
+            return
+        if context.scene.hybrid.shown != "PICTURE":
+            _draw_whole(context, frame)
+        if context.scene.hybrid.insets:
             _draw(context, frame)
 
     def test_select(self, _context: bpy.types.Context, _location: Any) -> int:
@@ -66,11 +71,39 @@ class HYBRID_GGT_insets(bpy.types.GizmoGroup):
     def poll(cls, context: bpy.types.Context) -> bool:
         """Whether this editor has them."""
         settings = context.scene.hybrid
-        return settings.enabled and settings.insets and picker.shows_render(context.space_data)
+        wanted = settings.insets or settings.shown != "PICTURE"
+        return settings.enabled and wanted and picker.shows_render(context.space_data)
 
     def setup(self, _context: bpy.types.Context) -> None:
         """Once for each editor."""
         self.gizmos.new(HYBRID_GT_insets.bl_idname)
+
+
+def _draw_whole(context: bpy.types.Context, frame: results.Frame) -> None:
+    """One of the parts, exactly over the picture."""
+    global _whole
+    scene, region = context.scene, context.region
+    x0, y0, x1, y1 = picker.shown_window(scene)
+    corners = [((x - x0) / (x1 - x0), (y - y0) / (y1 - y0)) for x, y in (frame.window[:2], frame.window[2:])]
+    rectangle = tuple(n for corner in corners for n in region.view2d.view_to_region(*corner, clip=False))
+    key = (id(frame), Display.of(scene), scene.hybrid.shown, rectangle)
+    if _whole is None or _whole[0] != key:
+        pixels = part(frame, key[1], key[2])
+        _whole = (key, None if pixels is None else _quad(pixels, rectangle))
+    if _whole[1] is not None:
+        _whole[1].draw((region.width, region.height))
+        scale = context.preferences.system.ui_scale
+        name = scene.hybrid.bl_rna.properties["shown"].enum_items[scene.hybrid.shown].name
+        _label(name, rectangle[0] + 4 * scale, rectangle[3] - (LABEL + 3) * scale, scale)
+
+
+def part(frame: results.Frame, display: Display, shown: str) -> Float32 | None:
+    """What a part of a frame looks like: (h, w, 4) display values, opaque; None if there is none of it."""
+    if shown == "MASK":
+        gray = np.clip(frame.mask, 0, 1)
+        return np.dstack([gray, gray, gray, np.ones_like(gray)])
+    half = frame.raster if shown == "RASTER" else frame.traced
+    return None if half is None else np.dstack([display.encode(half[..., :3]), np.ones_like(frame.mask)])
 
 
 def _draw(context: bpy.types.Context, frame: results.Frame) -> None:
@@ -84,13 +117,18 @@ def _draw(context: bpy.types.Context, frame: results.Frame) -> None:
         _quads = ((key, rectangles), _make_quads(_pictures[1], rectangles))
     for (name, quad), (x0, _, _, y1) in zip(_quads[1], rectangles, strict=True):
         quad.draw((context.region.width, context.region.height))
-        blf.size(0, LABEL * scale)
-        blf.enable(0, blf.SHADOW)
-        blf.shadow(0, 3, 0.0, 0.0, 0.0, 1.0)
-        blf.color(0, 1.0, 1.0, 1.0, 1.0)
-        blf.position(0, x0 + 4 * scale, y1 - (LABEL + 3) * scale, 0)
-        blf.draw(0, name)
-        blf.disable(0, blf.SHADOW)
+        _label(name, x0 + 4 * scale, y1 - (LABEL + 3) * scale, scale)
+
+
+def _label(text: str, x: float, y: float, scale: float) -> None:
+    """Small white letters with a shadow."""
+    blf.size(0, LABEL * scale)
+    blf.enable(0, blf.SHADOW)
+    blf.shadow(0, 3, 0.0, 0.0, 0.0, 1.0)
+    blf.color(0, 1.0, 1.0, 1.0, 1.0)
+    blf.position(0, x, y, 0)
+    blf.draw(0, text)
+    blf.disable(0, blf.SHADOW)
 
 
 def pictures(frame: results.Frame, display: Display) -> dict[str, Float32]:
@@ -125,17 +163,20 @@ def _rectangles(context: Any, shape: tuple[int, ...], margin: int) -> tuple[tupl
 
 
 def _make_quads(shown: dict[str, Float32], rectangles: Any) -> list[tuple[str, Any]]:
+    return [(name, _quad(pixels, box)) for (name, pixels), box in zip(shown.items(), rectangles, strict=True)]
+
+
+def _quad(pixels: Float32, rectangle: Any) -> Any:
     from .preview.draw import Quad
     from .preview.job import Picture
 
-    pairs = zip(shown.items(), rectangles, strict=True)
-    return [(name, Quad(Picture(pixels, rectangle, name))) for (name, pixels), rectangle in pairs]
+    return Quad(Picture(pixels, rectangle, ""), sharp=True)
 
 
 def forget() -> None:
     """Let go of the pictures."""
-    global _pictures, _quads
-    _pictures = _quads = None
+    global _pictures, _quads, _whole
+    _pictures = _quads = _whole = None
 
 
 CLASSES = (HYBRID_GT_insets, HYBRID_GGT_insets)

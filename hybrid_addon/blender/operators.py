@@ -5,6 +5,7 @@
 from collections.abc import Iterable
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..presets import QUALITY
 from . import flags
@@ -89,7 +90,8 @@ class HYBRID_OT_ray_traced_set(bpy.types.Operator):
             b_object.hybrid.ray_traced = self.ray_traced
         left_out = len(context.selected_objects) - len(chosen)
         if left_out:
-            self.report({"INFO"}, f"{left_out} of the selected have no surface or are linked: left as they are")
+            text = rpt_("{} of the selected have no surface or are linked: left as they are")
+            self.report({"INFO"}, text.format(left_out))
         return {"FINISHED"}
 
 
@@ -130,7 +132,8 @@ class HYBRID_OT_select_ray_traced(bpy.types.Operator):
             if wanted or not self.extend:
                 b_object.select_set(wanted)
             count += wanted
-        self.report({"INFO"}, "1 object is ray traced" if count == 1 else f"{count} objects are ray traced")
+        text = rpt_("1 object is ray traced") if count == 1 else rpt_("{} objects are ray traced").format(count)
+        self.report({"INFO"}, text)
         return {"FINISHED"}
 
 
@@ -158,8 +161,8 @@ class HYBRID_OT_collection_toggle(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         settings = context.collection.hybrid
         settings.ray_traced = not settings.ray_traced
-        what = "all its objects are ray traced" if settings.ray_traced else "its objects follow their own flags"
-        self.report({"INFO"}, f"{context.collection.name}: {what}")
+        on, off = rpt_("{}: all its objects are ray traced"), rpt_("{}: its objects follow their own flags")
+        self.report({"INFO"}, (on if settings.ray_traced else off).format(context.collection.name))
         return {"FINISHED"}
 
 

@@ -3,6 +3,7 @@
 # No `from __future__ import annotations` here: Blender reads operator properties from the annotations themselves.
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
 
 from . import api, engine, scan
 from .errors import HybridError
@@ -67,7 +68,7 @@ class HYBRID_OT_explain_pixel(bpy.types.Operator):
             return context.window_manager.invoke_props_dialog(self)
         context.window_manager.modal_handler_add(self)
         context.window.cursor_modal_set("EYEDROPPER")
-        context.workspace.status_text_set("Click a pixel of the picture.  Esc: Cancel")
+        context.workspace.status_text_set(iface_("Click a pixel of the picture.  Esc: Cancel"))
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
@@ -111,7 +112,8 @@ def _draw_answer(popup: bpy.types.Menu, _context: bpy.types.Context) -> None:
     for line in lines[:POPUP_LINES]:
         column.label(text=line, translate=False)
     if len(lines) > POPUP_LINES:
-        column.label(text=f"{len(lines) - POPUP_LINES} more lines: text '{TEXT}'", translate=False)
+        text = iface_("{} more lines: text '{}'").format(len(lines) - POPUP_LINES, TEXT)
+        column.label(text=text, translate=False)
 
 
 CLASSES = (HYBRID_OT_explain_pixel,)

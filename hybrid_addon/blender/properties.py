@@ -308,6 +308,19 @@ class HybridSceneSettings(PropertyGroup):
         options=set(),
         update=_insets_changed,
     )
+    shown: EnumProperty(  # type: ignore[valid-type]
+        name="Show",
+        description="What the Image Editor shows of the last render, in full size",
+        items=(
+            ("PICTURE", "Picture", "The Render Result: both halves, and your compositor nodes"),
+            ("RASTER", "EEVEE's Half", "What EEVEE drew, times 1 - mask"),
+            ("TRACED", "Traced Half", "What the ray tracer drew, times the mask"),
+            ("MASK", "Mask", "Share of each pixel that ray traced objects cover"),
+        ),
+        default="PICTURE",
+        options=set(),
+        update=_insets_changed,
+    )
     # What the pipeline has to put back (JSON).
     restore: StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]
     # What the user has linked to our nodes, while these are away (JSON).

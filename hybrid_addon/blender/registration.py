@@ -6,7 +6,20 @@ import atexit
 
 import bpy
 
-from . import advice, cli, engine, handlers, insets, operators, picker, pipeline, preview, properties, ui
+from . import (
+    advice,
+    cli,
+    engine,
+    handlers,
+    insets,
+    operators,
+    picker,
+    pipeline,
+    preview,
+    properties,
+    translations,
+    ui,
+)
 
 _CLASSES = (
     *properties.CLASSES,
@@ -27,6 +40,7 @@ def register() -> None:
         return
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
+    translations.register()
     handlers.register()
     preview.register()
     ui.register()
@@ -51,6 +65,7 @@ def unregister() -> None:
     insets.forget()
     preview.unregister()
     handlers.unregister()
+    translations.unregister()
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)
     _registered = False

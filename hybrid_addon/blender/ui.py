@@ -127,7 +127,7 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine in COMPAT_ENGINES or context.scene.hybrid.enabled
+        return context.engine in {*COMPAT_ENGINES, pipeline.ENGINE} or context.scene.hybrid.enabled
 
     def draw_header(self, context: bpy.types.Context) -> None:
         self.layout.prop(context.scene.hybrid, "enabled", text="")
@@ -140,39 +140,87 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
         layout.use_property_split = True
         scene = context.scene
         settings = scene.hybrid
-        layout.active = settings.enabled
         problem = pipeline.why_inactive(scene)
-        if settings.enabled and problem:
-            layout.label(text=problem[0].upper() + problem[1:], icon="ERROR")
+        layout.active = settings.enabled or bool(problem)
+        if problem and (settings.enabled or context.engine == pipeline.ENGINE):
+            _draw_problem(layout, scene, problem)
         layout.prop(settings, "mode")
         column = layout.column()
-        column.prop(settings, "samples")
-        column.prop(settings, "max_depth")
-        column.prop(settings, "adaptive")
-        column.prop(settings, "cutoff")
-        column.prop(settings, "time_budget")
-        column.prop(settings, "shadow_samples")
-        column.prop(settings, "traced_shadows")
-        row = column.row()
-        row.active = settings.traced_shadows
-        row.prop(settings, "caustics")
-        if settings.caustics == "PHOTONS":
-            row = column.row()
-            row.active = settings.traced_shadows
-            row.prop(settings, "photons")
-        column.prop(settings, "raster_backed")
-        column.prop(settings, "light_falloff")
-        layout.column(heading="Data Passes").prop(settings, "passes", text="")
-        column = layout.column(heading="Viewport")
-        column.prop(settings, "preview")
-        row = column.row()
-        row.active = settings.preview
-        row.prop(settings, "preview_budget")
+        for name in ("samples", "max_depth", "adaptive", "cutoff", "time_budget"):
+            column.prop(settings, name)
         report = results.reports.get(scene.name)
         if report:
             column = layout.column(align=True)
             for line in summary(report):
                 column.label(text=line)
+
+
+class SettingsPanel:
+    """What the panels within Hybrid have in common; grey where Hybrid is off."""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    bl_parent_id = "HYBRID_RENDER_PT_settings"
+    bl_options = {"DEFAULT_CLOSED"}
+    layout: bpy.types.UILayout
+
+    def begin(self, context: bpy.types.Context) -> tuple[bpy.types.UILayout, bpy.types.PropertyGroup]:
+        """The layout to draw into, and the scene's settings."""
+        self.layout.use_property_split = True
+        self.layout.active = context.scene.hybrid.enabled
+        return self.layout, context.scene.hybrid
+
+
+class HYBRID_RENDER_PT_light(SettingsPanel, bpy.types.Panel):
+    bl_label = "Light"
+    bl_order = 2
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, settings = self.begin(context)
+        layout.prop(settings, "light_falloff")
+        layout.prop(settings, "raster_backed")
+        layout.prop(settings, "shadow_samples")
+        layout.prop(settings, "traced_shadows")
+        column = layout.column()
+        column.active = settings.enabled and settings.traced_shadows
+        column.prop(settings, "caustics")
+        if settings.caustics == "PHOTONS":
+            column.prop(settings, "photons")
+
+
+class HYBRID_RENDER_PT_passes(SettingsPanel, bpy.types.Panel):
+    bl_label = "Data Passes"
+    bl_order = 3
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, settings = self.begin(context)
+        layout.use_property_split = False
+        layout.column(align=True).prop(settings, "passes")
+
+
+class HYBRID_RENDER_PT_viewport(SettingsPanel, bpy.types.Panel):
+    bl_label = "Viewport Preview"
+    bl_order = 4
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.hybrid, "preview", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, settings = self.begin(context)
+        layout.active = settings.enabled and settings.preview
+        layout.prop(settings, "preview_budget")
+
+
+def _draw_problem(layout: bpy.types.UILayout, scene: bpy.types.Scene, problem: str) -> None:
+    """Why Hybrid does nothing here, and the way out where it is one click."""
+    if scene.library is not None or pipeline.is_trace_scene(scene):
+        layout.label(text=problem[0].upper() + problem[1:], icon="ERROR")
+        return
+    row = layout.row()
+    row.use_property_split = False
+    row.label(text="EEVEE draws the other half", icon="ERROR")
+    row.prop_enum(scene.render, "engine", pipeline.eevee())
 
 
 class HYBRID_IMAGE_PT_settings(bpy.types.Panel):
@@ -189,6 +237,7 @@ class HYBRID_IMAGE_PT_settings(bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         layout.operator("hybrid.explain_pixel", icon="EYEDROPPER")
+        layout.prop(context.scene.hybrid, "shown")
         layout.prop(context.scene.hybrid, "insets")
 
 
@@ -200,6 +249,9 @@ CLASSES = (
     HYBRID_MATERIAL_PT_settings,
     HYBRID_COLLECTION_PT_settings,
     HYBRID_RENDER_PT_settings,
+    HYBRID_RENDER_PT_light,
+    HYBRID_RENDER_PT_passes,
+    HYBRID_RENDER_PT_viewport,
     HYBRID_IMAGE_PT_settings,
 )
 

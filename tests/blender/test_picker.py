@@ -76,3 +76,16 @@ def test_insets_are_small_means_of_mask_and_traced_half(scene):
     np.testing.assert_allclose(shown["Mask"][0, 124:127, 0], [0, 15 / 16, 1], atol=1e-6)
     assert shown["Traced"][9, 9, 0] == 0
     assert shown["Traced"][9, 200, 0] == pytest.approx(1.055 * 0.18 ** (1 / 2.4) - 0.055, abs=2e-3)
+
+
+def test_a_part_in_full_size_has_every_pixel(scene):
+    mask = np.linspace(0, 1, 6, dtype=np.float32).reshape(2, 3)
+    traced = np.dstack([mask, 0 * mask, 0 * mask, mask])
+    frame = results.Frame((0, 0, 3, 2), None, mask, traced, {})
+    scene.view_settings.view_transform = "Standard"
+    display = Display.of(scene)
+    np.testing.assert_array_equal(insets.part(frame, display, "MASK")[..., 1], mask)
+    shown = insets.part(frame, display, "TRACED")
+    assert shown.shape == (2, 3, 4) and (shown[..., 3] == 1).all()
+    assert (np.diff(shown[..., 0].ravel()) > 0).all() and shown[1, 2, :3] == pytest.approx([1, 0, 0], abs=1e-3)
+    assert insets.part(frame, display, "RASTER") is None  # mode Full has none

@@ -3,7 +3,7 @@
 xvfb-blender --enable-event-simulate --python artist.py -- FOLDER
 
 Enables the add-on, ticks an object, presses F12, looks at insets and at one pixel, changes a slider and undoes that,
-saves, opens the file again, disables the add-on. Writes insets.png, pixel.png, pixel.txt, disabled.png and
+saves, opens the file again, disables the add-on. Writes insets.png, traced.png, pixel.png, pixel.txt, disabled.png and
 artist.blend there, and prints ARTIST: done.
 """
 
@@ -85,6 +85,10 @@ def steps() -> Iterator[float]:
         bpy.ops.image.view_zoom_ratio("EXEC_DEFAULT", ratio=4.0)
     yield 0.5
     screen.shoot(str(FOLDER / "insets.png"))
+    scene.hybrid.shown = "TRACED"
+    yield 0.5
+    screen.shoot(str(FOLDER / "traced.png"))
+    scene.hybrid.shown = "PICTURE"
     with bpy.context.temp_override(window=window(), area=editor, region=editor.regions[-1]):
         assert bpy.ops.hybrid.explain_pixel("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
     yield 0.2

@@ -11,7 +11,7 @@ import sys
 
 import bpy
 from bl_ext.user_default import hybrid_addon as hybrid
-from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import ui
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import advice, ui
 
 sys.path.insert(0, os.path.dirname(__file__))
 import window as screen
@@ -29,7 +29,9 @@ def arrange() -> None:
     """Mark a glass, render, and turn the two largest editors into Properties editors."""
     scene = bpy.context.scene
     window = bpy.context.window_manager.windows[0]
-    for panel in (ui.HYBRID_OBJECT_PT_settings, ui.HYBRID_RENDER_PT_settings):
+    render = (ui.HYBRID_RENDER_PT_settings, advice.HYBRID_RENDER_PT_advice, ui.HYBRID_RENDER_PT_light,
+              ui.HYBRID_RENDER_PT_passes, ui.HYBRID_RENDER_PT_viewport)  # fmt: skip
+    for panel in (ui.HYBRID_OBJECT_PT_settings, *render):  # a parent before its children
         opened(panel)
     scene.render.resolution_x, scene.render.resolution_y, scene.eevee.taa_render_samples = 96, 72, 1
     cube = bpy.data.objects["Cube"]
@@ -44,6 +46,17 @@ def arrange() -> None:
     halves = sorted((a for a in window.screen.areas if a.type == "PROPERTIES"), key=lambda a: a.x)
     for half, tab in zip(halves, ("OBJECT", "RENDER"), strict=False):
         half.spaces.active.context = tab
+    screen.soon(scroll)
+
+
+def scroll() -> None:
+    """Down to our panel."""
+    window = bpy.context.window_manager.windows[0]
+    for area in window.screen.areas:
+        if area.type == "PROPERTIES" and area.spaces.active.context == "RENDER":
+            with bpy.context.temp_override(window=window, area=area, region=area.regions[-1]):
+                for _ in range(40):
+                    bpy.ops.view2d.scroll_down()
     screen.soon(shoot, 2.0)
 
 

@@ -15,10 +15,13 @@ from .job import Picture
 class Quad:
     """A picture as a texture and the rectangle that it fills; the drawing is over whatever is there."""
 
-    def __init__(self, picture: Picture) -> None:
+    def __init__(self, picture: Picture, *, sharp: bool = False) -> None:
+        """sharp: enlarged, its pixels are squares (Blender 5; 4.5 has no choice)."""
         height, width = picture.pixels.shape[:2]
         data = gpu.types.Buffer("FLOAT", picture.pixels.size, np.ascontiguousarray(picture.pixels).reshape(-1))
         self._texture = gpu.types.GPUTexture((width, height), format="RGBA16F", data=data)
+        if sharp and hasattr(self._texture, "filter_mode"):
+            self._texture.filter_mode(False)
         x0, y0, x1, y1 = picture.rect
         self._shader = gpu.shader.from_builtin("IMAGE")
         self._batch: Any = batch_for_shader(

@@ -1,0 +1,258 @@
+"""The words of the interface in other languages. What is not here stays English, as do reports and the command line.
+
+Blender looks up names, labels and descriptions by itself; what is put together from parts goes through `pgettext_iface`
+or `pgettext_rpt` where it is written. To add a language: a dictionary like GERMAN, and a line in LANGUAGES.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+GERMAN = {
+    # objects, materials, collections
+    "Ray Tracing": "Raytracing",
+    "Ray Traced": "Mit Raytracing",
+    "Draw this object with the ray tracer; EEVEE draws everything else": (
+        "Dieses Objekt vom Raytracer zeichnen lassen; EEVEE zeichnet alles andere"
+    ),
+    "Draw all objects in this collection, in those below it, and its instances with the ray tracer": (
+        "Alle Objekte dieser Sammlung, der darunter liegenden und ihre Instanzen vom Raytracer zeichnen lassen"
+    ),
+    "Surface": "Oberfläche",
+    "Where reflectivity, opacity and IOR come from": "Woher Reflexion, Deckkraft und IOR kommen",
+    "Where reflectivity, opacity and IOR of this material come from": (
+        "Woher Reflexion, Deckkraft und IOR dieses Materials kommen"
+    ),
+    "From Material": "Vom Material",
+    "Read them from the object's materials (metallic, transmission, alpha, IOR)": (
+        "Aus den Materialien des Objekts lesen (Metallisch, Transmission, Alpha, IOR)"
+    ),
+    "From Nodes": "Von den Nodes",
+    "Read them from the shader nodes (metallic, transmission, alpha, IOR)": (
+        "Aus den Shader-Nodes lesen (Metallisch, Transmission, Alpha, IOR)"
+    ),
+    "Custom": "Eigene Werte",
+    "Use the values below instead of the materials'": "Die Werte darunter statt derer der Materialien verwenden",
+    "Use the values below instead of the nodes'; an object's own Custom wins over them": (
+        "Die Werte darunter statt derer der Nodes verwenden; eigene Werte des Objekts gehen vor"
+    ),
+    "Reflectivity": "Reflexion",
+    "Share of the light that is mirrored: 0 none, 1 a perfect mirror": (
+        "Anteil des Lichts, der gespiegelt wird: 0 keiner, 1 ein vollkommener Spiegel"
+    ),
+    "Opacity": "Deckkraft",
+    "1 is solid; below 1 the rest of the light passes through, bent by the IOR": (
+        "1 ist undurchsichtig; darunter geht der Rest des Lichts hindurch, gebrochen nach dem IOR"
+    ),
+    "Index of refraction: water 1.33, glass 1.5, diamond 2.42. Type a value below 1 for a bubble": (
+        "Brechungsindex: Wasser 1,33, Glas 1,5, Diamant 2,42. Für eine Blase einen Wert unter 1 eintippen"
+    ),
+    "Ray traced by its collection": "Raytracing durch die Sammlung",
+    "Hybrid is off in this scene": "Hybrid ist in dieser Szene aus",
+    "Enable": "Einschalten",
+    "The object's own Custom values are used": "Es gelten die eigenen Werte des Objekts",
+    # presets, menus, operators
+    "Surface Preset": "Oberflächenvorgabe",
+    "Surface Presets": "Oberflächenvorgaben",
+    "Make the selected objects ray traced, with the values of a common surface": (
+        "Raytracing für die ausgewählten Objekte, mit den Werten einer gängigen Oberfläche"
+    ),
+    "Mirror": "Spiegel",
+    "Reflects everything": "Spiegelt alles",
+    "Glass": "Glas",
+    "Clear glass: IOR 1.5": "Klares Glas: IOR 1,5",
+    "Water": "Wasser",
+    "Clear water: IOR 1.333": "Klares Wasser: IOR 1,333",
+    "Diamond": "Diamant",
+    "Diamond: IOR 2.417": "Diamant: IOR 2,417",
+    "Quality Preset": "Qualitätsvorgabe",
+    "Quality Presets": "Qualitätsvorgaben",
+    "Set samples, adaptive sampling, bounces and cutoff together": (
+        "Samples, adaptives Sampling, Abprallungen und Abbruch zusammen setzen"
+    ),
+    "Draft": "Entwurf",
+    "To look at: edges are a little rough": "Zum Ansehen: Kanten sind etwas rau",
+    "Final": "Endgültig",
+    "To deliver: no difference to see": "Zum Abgeben: kein Unterschied zu sehen",
+    "Reference": "Referenz",
+    "To measure against: nothing is left to chance": "Zum Vergleichen: nichts bleibt dem Zufall überlassen",
+    "Set Ray Traced": "Raytracing setzen",
+    "Clear Ray Traced": "Raytracing aufheben",
+    "Draw the selected objects with the ray tracer, or with EEVEE again": (
+        "Die ausgewählten Objekte vom Raytracer zeichnen lassen oder wieder von EEVEE"
+    ),
+    "Clear All Ray Traced": "Alles Raytracing aufheben",
+    "Let EEVEE draw every object of this scene again: clears the flags of objects and collections": (
+        "EEVEE wieder alle Objekte der Szene zeichnen lassen: löscht die Häkchen von Objekten und Sammlungen"
+    ),
+    "Copy Ray Tracing to Selected": "Raytracing auf Auswahl kopieren",
+    "Give the selected objects the active object's flag, surface and values": (
+        "Den ausgewählten Objekten Häkchen, Oberfläche und Werte des aktiven Objekts geben"
+    ),
+    "Select All Ray Traced": "Alle mit Raytracing auswählen",
+    "Select all objects that are ray traced, by themselves or by a collection": (
+        "Alle Objekte mit Raytracing auswählen, durch sich selbst oder durch eine Sammlung"
+    ),
+    "Toggle Ray Traced Collection": "Raytracing der Sammlung umschalten",
+    "Ray trace all objects of the active collection, or none by it": (
+        "Raytracing für alle Objekte der aktiven Sammlung oder durch sie für keines"
+    ),
+    "Select an object with a surface": "Ein Objekt mit einer Oberfläche auswählen",
+    "Select objects to copy to, and last the one to copy from": (
+        "Die Zielobjekte auswählen und zuletzt das, von dem kopiert wird"
+    ),
+    "{} of the selected have no surface or are linked: left as they are": (
+        "{} der ausgewählten haben keine Oberfläche oder sind verknüpft: sie bleiben, wie sie sind"
+    ),
+    "{} objects are ray traced": "{} Objekte mit Raytracing",
+    "1 object is ray traced": "1 Objekt mit Raytracing",
+    "{}: all its objects are ray traced": "{}: Raytracing für alle ihre Objekte",
+    "{}: its objects follow their own flags": "{}: für ihre Objekte gelten deren Häkchen",
+    # the scene
+    "Draw the ray traced objects of this scene with the ray tracer, composited into EEVEE's picture": (
+        "Die Objekte dieser Szene mit Raytracing vom Raytracer zeichnen lassen und in EEVEEs Bild einsetzen"
+    ),
+    "EEVEE draws the other half": "Die andere Hälfte zeichnet EEVEE",
+    "Mode": "Modus",
+    "Which renderer draws what": "Welcher Renderer was zeichnet",
+    "EEVEE draws the scene, the ray tracer draws the ray traced objects": (
+        "EEVEE zeichnet die Szene, der Raytracer die Objekte mit Raytracing"
+    ),
+    "Raster": "Raster",
+    "EEVEE draws everything, as if the add-on were off": "EEVEE zeichnet alles, als wäre das Add-on aus",
+    "Full": "Ganz",
+    "The ray tracer draws every pixel; EEVEE is not used": "Der Raytracer zeichnet jeden Pixel, ohne EEVEE",
+    "Rays through each ray traced pixel (supersampling). 1 switches it off": (
+        "Strahlen durch jeden Pixel mit Raytracing (Supersampling). 1 schaltet es aus"
+    ),
+    "Max Bounces": "Max. Abprallungen",
+    "How often a ray may be reflected or refracted after it left the camera": (
+        "Wie oft ein Strahl nach der Kamera reflektiert oder gebrochen werden darf"
+    ),
+    "Adaptive Sampling": "Adaptives Sampling",
+    "Pixels stop at 4 samples where objects, paths and, within this contrast, colours agree; 0 is off": (
+        "Pixel enden nach 4 Samples, wo Objekte, Wege und, bis auf diesen Kontrast, Farben übereinstimmen; 0 ist aus"
+    ),
+    "Cutoff": "Abbruch",
+    "Share of its light that a sample may lose to rays that would bring little; 0 follows every ray": (
+        "Anteil seines Lichts, den ein Sample an Strahlen verlieren darf, die wenig brächten; 0 folgt jedem Strahl"
+    ),
+    "Time Budget": "Zeitbudget",
+    "Seconds for a frame, EEVEE included; what does not fit is given up, samples first. 0 is no limit": (
+        "Sekunden für ein Bild samt EEVEE; was nicht hineinpasst, entfällt, Samples zuerst. 0 ist ohne Grenze"
+    ),
+    "Shadow Samples": "Schatten-Samples",
+    "Rays to each light with a size, for each sample of a pixel; 0 draws hard shadows": (
+        "Strahlen zu jedem Licht mit Ausdehnung, für jedes Sample eines Pixels; 0 zeichnet harte Schatten"
+    ),
+    "Traced Shadows": "Schatten durch Raytracing",
+    "Trace the shadows of ray traced objects on what EEVEE draws: glass lets light through": (
+        "Die Schatten der Objekte mit Raytracing auf dem verfolgen, was EEVEE zeichnet: Glas lässt Licht durch"
+    ),
+    "Caustics": "Kaustiken",
+    "Light that ray traced objects focus, where their shadows are traced": (
+        "Licht, das Objekte mit Raytracing bündeln, wo ihre Schatten verfolgt werden"
+    ),
+    "Light goes straight through: even shadows": "Licht geht gerade hindurch: gleichmäßige Schatten",
+    "Brighten the middle of shadows by angle and IOR: a guess for round bodies, no rays": (
+        "Die Mitte der Schatten nach Winkel und IOR aufhellen: geschätzt für runde Körper, ohne Strahlen"
+    ),
+    "Photons": "Photonen",
+    "Trace photons from the lights through the objects, as light really goes": (
+        "Photonen von den Lichtern durch die Objekte verfolgen, wie Licht wirklich geht"
+    ),
+    "Photons for the caustics of a frame: more make them less grainy": (
+        "Photonen für die Kaustiken eines Bildes: mehr machen sie weniger körnig"
+    ),
+    "Raster-Backed Hits": "Treffer aus dem Raster",
+    "Reflections and refractions show EEVEE's own pixels of matte surfaces, and of nodes not followed": (
+        "Spiegelungen und Brechungen zeigen EEVEEs Pixel von matten Oberflächen und nicht verfolgten Nodes"
+    ),
+    "Light Falloff": "Lichtabfall",
+    "How far lights reach in the ray traced objects and in what they reflect": (
+        "Wie weit Lichter in Objekten mit Raytracing reichen und in dem, was sie spiegeln"
+    ),
+    "As EEVEE": "Wie EEVEE",
+    "Fade lights out at the distance where EEVEE does, so that both halves agree": (
+        "Lichter dort enden lassen, wo EEVEE es tut, damit beide Hälften übereinstimmen"
+    ),
+    "Physical": "Physikalisch",
+    "Inverse square without an end, as Cycles has it": "Quadratisch und ohne Ende, wie in Cycles",
+    "Viewport Preview": "Vorschau im Ansichtsfenster",
+    "Data Passes": "Datenpässe",
+    "Passes of the ray traced objects for the compositor": "Pässe der Objekte mit Raytracing für den Compositor",
+    "Distance along the view axis; 1e10 where no ray traced object is": (
+        "Abstand entlang der Blickachse; 1e10, wo kein Objekt mit Raytracing ist"
+    ),
+    "Normal in world space, at pixel centers as depth is": "Normale im Weltraum, in Pixelmitten wie die Tiefe",
+    "Camera rays that the pixel took": "Kamerastrahlen des Pixels",
+    "Traced shadows: what is left of the light on what EEVEE draws; 1 without them": (
+        "Verfolgte Schatten: was von dem Licht bleibt auf dem, was EEVEE zeichnet; 1 ohne sie"
+    ),
+    "Reflection": "Spiegelung",
+    "Light that the first surface mirrors": "Licht, das die erste Oberfläche spiegelt",
+    "Refraction": "Brechung",
+    "Light that comes through the first surface": "Licht, das durch die erste Oberfläche kommt",
+    "Raster-Backed": "Aus dem Raster",
+    "Share of the way of the light that ends at EEVEE's own pixels": "Anteil des Lichtwegs, der an EEVEEs Pixeln endet",
+    "Ray Traced Preview": "Vorschau mit Raytracing",
+    "Trace the ray traced objects in rendered viewports as soon as the view rests": (
+        "Die Objekte mit Raytracing in gerenderten Ansichten verfolgen, sobald die Ansicht ruht"
+    ),
+    "Preview Time": "Vorschauzeit",
+    "Seconds that a viewport at rest may be refined for": "Sekunden, die eine ruhende Ansicht verfeinert werden darf",
+    # what needs rays
+    "What Needs Rays?": "Was braucht Raytracing?",
+    "Find the objects that EEVEE cannot draw, say why, how much they cover and what rays would cost": (
+        "Objekte finden, die EEVEE nicht zeichnen kann; sagen, warum, wie viel sie bedecken und was Strahlen kosten"
+    ),
+    "Flag All Suggested": "Alle Vorschläge übernehmen",
+    "Make all suggested objects ray traced": "Raytracing für alle vorgeschlagenen Objekte",
+    "No object here needs rays": "Kein Objekt hier braucht Raytracing",
+    "Rough surfaces are left to EEVEE": "Raue Oberflächen bleiben EEVEE überlassen",
+    "All of them: {}, {:.2g} s to build": "Alle zusammen: {}, {:.2g} s zum Aufbauen",
+    "An estimate from a coarse picture traced here": "Geschätzt nach einem groben Bild, das hier verfolgt wurde",
+    "{} objects need rays": "{} Objekte brauchen Raytracing",
+    # the Image Editor
+    "Why Is This Pixel Like This?": "Warum ist dieser Pixel so?",
+    "Click a pixel: the rays through it, what they met, and what each of them brought, as text": (
+        "Einen Pixel anklicken: seine Strahlen, was sie trafen und was jeder von ihnen brachte, als Text"
+    ),
+    "Click a pixel of the picture.  Esc: Cancel": "Einen Pixel des Bildes anklicken.  Esc: Abbrechen",
+    "{} more lines: text '{}'": "{} weitere Zeilen: Text '{}'",
+    "From the left edge of the frame": "Vom linken Bildrand",
+    "From the lower edge of the frame": "Vom unteren Bildrand",
+    "Insets": "Einblendungen",
+    "Mask and traced half as two small pictures over the Render Result": (
+        "Maske und verfolgte Hälfte als zwei kleine Bilder über dem Renderergebnis"
+    ),
+    "What the Image Editor shows of the last render, in full size": (
+        "Was der Bildeditor vom letzten Rendern zeigt, in voller Größe"
+    ),
+    "Picture": "Bild",
+    "The Render Result: both halves, and your compositor nodes": (
+        "Das Renderergebnis: beide Hälften und die eigenen Compositor-Nodes"
+    ),
+    "EEVEE's Half": "EEVEEs Hälfte",
+    "What EEVEE drew, times 1 - mask": "Was EEVEE gezeichnet hat, mal 1 - Maske",
+    "Traced Half": "Verfolgte Hälfte",
+    "What the ray tracer drew, times the mask": "Was der Raytracer gezeichnet hat, mal Maske",
+    "Share of each pixel that ray traced objects cover": "Anteil jedes Pixels, den Objekte mit Raytracing bedecken",
+}
+
+LANGUAGES = {"de_DE": GERMAN}
+
+
+def register() -> None:
+    """Give Blender the words, for names and for operators (which have a context of their own)."""
+    contexts = ("*", bpy.app.translations.contexts.operator_default)
+    words = {
+        locale: {(context, english): own for english, own in language.items() for context in contexts}
+        for locale, language in LANGUAGES.items()
+    }
+    bpy.app.translations.register(__package__, words)
+
+
+def unregister() -> None:
+    """Take them away again."""
+    bpy.app.translations.unregister(__package__)
