@@ -20,6 +20,12 @@ test: venv  ## Run the whole test suite (ARGS= goes to pytest)
 test-real: venv  ## Build, install and use the extension in the real Blender BLENDER= (XVFB_BLENDER=: one with a window)
 	$(RUN) tools/run_tests.py -v tests/real_blender/checks.py $(ARGS)
 
+pictures: venv  ## Make the pictures in docs/ anew (XVFB_BLENDER=)
+	$(RUN) tools/demo.py --output build/demo
+	$(RUN) tools/run_tests.py tests/real_blender/checks.py -k "panels or first_hour" --basetemp build/real
+	cp build/demo/hybrid.png build/real/real0/panels.png docs
+	cp build/real/real0/artist/pixel.png docs/image_editor.png
+
 stability: venv  ## Run the stiff and extreme cases: build/stability/stability.html and .json
 	$(RUN) -m hybrid_addon stability --output build/stability
 
@@ -54,4 +60,4 @@ clean:  ## Remove what was built and rendered (not $(VENV))
 	rm -rf build dist wheels demo .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find hybrid_addon tests tools -name __pycache__ -prune -exec rm -rf {} +
 
-.PHONY: help demo test test-real stability bench lint format extension extension-local wheels venv clean
+.PHONY: help demo test test-real pictures stability bench lint format extension extension-local wheels venv clean
