@@ -212,8 +212,6 @@ def _warn_of_ignored(b_object: bpy.types.Object, warn: Warnings) -> None:
         warn.add(f"light {b_object.name!r}: light linking is not traced; it lights every ray traced object")
     if uses_nodes(b_light) and _has_own_nodes(b_light.node_tree):
         warn.add(f"light {b_object.name!r}: its nodes are ignored, as EEVEE ignores them; colour and power are used")
-    if b_light.type == "SPOT" and b_light.use_square:
-        warn.add(f"light {b_object.name!r}: a square spot is traced as a round one")
 
 
 def _has_own_nodes(b_tree: bpy.types.NodeTree) -> bool:
