@@ -259,6 +259,9 @@ class Plane:
 
 # ------------------------------------------------------------------------------------------------ lights and world
 
+# Every light has `receivers`, what it lights, and `blockers`, what casts shadows in its light: numbers that count the
+# scene's instances, then its spheres, then its planes. None: all.
+
 
 @dataclass(frozen=True, eq=False)
 class PointLight:
@@ -279,6 +282,8 @@ class PointLight:
     cast_shadow: bool = True
     diffuse: float = 1.0
     specular: float = 1.0
+    receivers: frozenset[int] | None = None
+    blockers: frozenset[int] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -309,6 +314,8 @@ class SunLight:
     cast_shadow: bool = True
     diffuse: float = 1.0
     specular: float = 1.0
+    receivers: frozenset[int] | None = None
+    blockers: frozenset[int] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -330,6 +337,8 @@ class AreaLight:
     cast_shadow: bool = True
     diffuse: float = 1.0
     specular: float = 1.0
+    receivers: frozenset[int] | None = None
+    blockers: frozenset[int] | None = None
 
 
 Light = PointLight | SpotLight | SunLight | AreaLight

@@ -6,14 +6,23 @@ import copy
 import threading
 from dataclasses import replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Camera, Scene, Settings
 from .backing import Backing
+from .lights import CompiledLight
 from .plan import Plan, prepare
 from .primitives import PrimitiveSet
+
+
+class Blockers(NamedTuple):
+    """What stands in the way of a light: blockers that end a shadow ray, and those that tint it."""
+
+    opaque: PrimitiveSet
+    tinted: PrimitiveSet
 
 
 class CompiledScene:
@@ -21,7 +30,6 @@ class CompiledScene:
 
     geometry, media, surfaces, world, lights, plan : see their modules; `lights` holds those that can light anything.
     seen_by_camera, seen_by_secondary : what camera rays and all later rays can hit.
-    shadow_opaque, shadow_tinted      : blockers that end a shadow ray, and those that tint it.
     backing : what raster-backed hits are looked up in, or None.
     """
 
@@ -57,8 +65,17 @@ class CompiledScene:
         if self.media.shadow_absorption is not None:
             clear = clear & (self.media.rank == self.media.count)  # even a clear solid displaces one that absorbs
         opaque = opaque | blocks
-        self.shadow_opaque = self._set(casts & opaque)
-        self.shadow_tinted = self._set(casts & ~opaque & ~clear)
+
+        def blockers(members: NDArray[np.bool_]) -> Blockers:
+            return Blockers(self._set(members & opaque), self._set(members & ~opaque & ~clear))
+
+        self._blockers = blockers(casts)
+        linked = [(light.key, light.blocks) for light in self.lights if light.blocks is not None]
+        self._linked = {int(key): blockers(casts & blocks) for key, blocks in linked}
+
+    def blockers(self, light: CompiledLight) -> Blockers:
+        """What casts shadows in the light of a lamp."""
+        return self._blockers if light.blocks is None else self._linked[int(light.key)]
 
     def _backing(self, scene: Scene) -> Backing | None:
         """What raster-backed hits are looked up in."""

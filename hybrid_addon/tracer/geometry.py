@@ -36,7 +36,7 @@ class Geometry:
     smooth: Bools  # (np,) shading normals differ from the geometric one
     corner_data: Float32 | None  # (nt, 3 k) what expressions read of the three corners; None: nothing
     layouts: Layouts  # for each surface: where in the k numbers of a corner its data are
-    object: NDArray[np.intp]  # (np,) number of the instance; spheres and planes follow the instances
+    object: NDArray[np.intp]  # (np,) number in the scene: of its instances, then its spheres, then its planes
     surface: NDArray[np.intp]  # (np,) index into the surface table (intp: `take` need not convert it)
     ray_traced: Bools  # (np,) flagged by the artist
     camera: Bools  # (np,) visibility for camera rays,
@@ -89,7 +89,9 @@ def flatten(scene: Scene, layouts: Layouts, use_normals: bool = True) -> Geometr
     mesh = join(parts) if parts else no_triangles()
     balls = np.array([(*np.subtract(b.center, center), b.radius) for b in spheres if b.ray_traced]).reshape(-1, 4)
     mesh = split_large_triangles(mesh, balls)
-    return _assemble(mesh, layouts, center, spheres, planes, len(scene.instances))
+    analytic: list[Sphere | Plane] = [*scene.spheres, *scene.planes]
+    numbers = [number for number, thing in enumerate(analytic, len(scene.instances)) if _visible(thing)]
+    return _assemble(mesh, layouts, center, spheres, planes, numbers)
 
 
 def _visible(thing: Instance | Sphere | Plane) -> bool:
@@ -267,9 +269,9 @@ def _assemble(
     center: Float64,
     spheres: Sequence[Sphere],
     planes: Sequence[Plane],
-    instances: int,
+    numbers: list[int],
 ) -> Geometry:
-    """Append the analytic shapes to the triangles."""
+    """Append the analytic shapes, of these numbers in the scene, to the triangles."""
     ns = len(spheres)
     sphere_center = np.array([s.center for s in spheres], np.float64).reshape(-1, 3) - center
     sphere_radius = np.array([s.radius for s in spheres], np.float64)
@@ -294,7 +296,7 @@ def _assemble(
         smooth=np.concatenate([mesh.smooth, np.zeros(len(analytic), bool)]),
         corner_data=mesh.corner_data,
         layouts=layouts,
-        object=np.concatenate([mesh.object, instances + np.arange(len(analytic))]).astype(np.intp),
+        object=np.concatenate([mesh.object, np.array(numbers, np.intp)]).astype(np.intp),
         surface=np.concatenate([mesh.surface, np.array([a.surface for a in analytic], np.int32)]).astype(np.intp),
         ray_traced=flags[0],
         camera=flags[1],

@@ -28,12 +28,15 @@ class CompiledLight:
     color    : (3, 1) float32, its intensity, irradiance or radiance.
     position : (3, 1) float32; for a sun its direction.
     key      : what it adds to the path signature of a point that it reaches, and its dimension of the sampler.
+    receives, blocks : (np,) bool, the primitives that it lights and those that cast shadows in its light; None: all.
     """
 
     light: Light
     color: Float32
     position: Float32
     key: np.uint32
+    receives: Bools | None = None
+    blocks: Bools | None = None
 
     @property
     def is_black(self) -> bool:
@@ -68,9 +71,13 @@ class Illumination:
     specular: Array
 
 
-def compile_lights(lights: Sequence[Light], center: Float64) -> list[CompiledLight]:
-    """Place all lights relative to the scene's centre."""
+def compile_lights(lights: Sequence[Light], center: Float64, objects: NDArray[np.intp]) -> list[CompiledLight]:
+    """Place all lights relative to the scene's centre. objects: (np,) number of each primitive's object."""
     compiled = []
+
+    def members(numbers: frozenset[int] | None) -> Bools | None:
+        return None if numbers is None else np.isin(objects, sorted(numbers))
+
     for light, key in zip(lights, _keys(lights), strict=True):
         if isinstance(light, SunLight):
             direction = np.array(light.direction, np.float64)
@@ -79,9 +86,8 @@ def compile_lights(lights: Sequence[Light], center: Float64) -> list[CompiledLig
             color, place = light.radiance, np.array(light.position, np.float64) - center
         else:
             color, place = light.intensity, np.array(light.position, np.float64) - center
-        compiled.append(
-            CompiledLight(light, np.array(color, np.float32)[:, None], np.asarray(place, np.float32)[:, None], key)
-        )
+        column, row = np.array(color, np.float32)[:, None], np.asarray(place, np.float32)[:, None]
+        compiled.append(CompiledLight(light, column, row, key, members(light.receivers), members(light.blockers)))
     return compiled
 
 

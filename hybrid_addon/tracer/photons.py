@@ -147,6 +147,8 @@ class _Tracer:
             hit = hits.prim >= 0
             if wave == 0:
                 hit &= np.isin(hits.prim, beam.group.members)
+                if beam.light.blocks is not None:
+                    hit &= beam.light.blocks.take(hits.prim, mode="wrap")
             rays = self.scene.media.absorbed(rays, hits.t, hit)
             chosen = np.flatnonzero(hit)
             if len(chosen) == 0:
@@ -159,7 +161,8 @@ class _Tracer:
             if wave == 0:
                 self._arrive(beam, rays, at, t, tally)
             flagged = self.scene.geometry.ray_traced[at.prim]
-            landed = np.flatnonzero(~flagged & bent[rays.sample])
+            lit = True if beam.light.receives is None else beam.light.receives[at.prim]
+            landed = np.flatnonzero(~flagged & bent[rays.sample] & lit)
             left = fading(beam.light, travelled[rays.sample[landed]])
             carried = power[:, rays.sample[landed]] * rays.throughput[:, landed] * left
             pixel, share = self._seen(at.take(landed), carried, draw[rays.sample[landed]], tally)
@@ -173,8 +176,9 @@ class _Tracer:
     def _arrive(self, beam: _Beam, rays: Rays, at: Interaction, t: Float64, tally: Tally) -> None:
         """Take from photons what objects that are not flagged take on their way from the light."""
         back = np.ascontiguousarray(-rays.direction, np.float32)
-        distance = t if beam.light.has_place else np.full(len(t), np.inf)
-        share = visibility(self.plain, back, distance.astype(np.float32), at.outer, None, tally)
+        distance = (t if beam.light.has_place else np.full(len(t), np.inf)).astype(np.float32)
+        blockers = self.plain.blockers(beam.light)
+        share = visibility(self.plain, blockers, back, distance, at.outer, None, tally)
         rays.throughput *= share
 
     def _onward(

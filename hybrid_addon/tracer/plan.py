@@ -58,6 +58,7 @@ PRUNINGS = (
     Pruning("highlights", "exact if", "highlights", "no surface that rays reach has one"),
     Pruning("black-lights", "exact", "lights", "they are black"),
     Pruning("far-lights", "exact if", "lights", "all that could answer to them is out of their range or behind them"),
+    Pruning("light-linking", "exact if", "who receives which light, and who blocks it", "no light is linked"),
     Pruning("shadows", "exact if", "all shadow rays", "no light casts shadows, or nothing can cast one"),
     Pruning("unlit", "exact", "single shadow rays", "no light would arrive: it is behind, out of range or cone"),
     Pruning("soft-shadows", "exact if", "random points on lights", "no light that casts shadows has a size"),
@@ -184,7 +185,11 @@ def prepare(scene: Scene, settings: Settings) -> Prepared:
     why = "every triangle is flat"
     if geometry.normals is None and not notes.spare("normals", True, why, geometry.triangle_count):
         geometry = replace(geometry, normals=np.zeros((geometry.triangle_count, 9), np.float32))
-    lights = compile_lights(scene.lights, geometry.center)
+    lights = compile_lights(scene.lights, geometry.center, geometry.object)
+    linked = any(light.receives is not None or light.blocks is not None for light in lights)
+    if not linked and not notes.spare("light-linking", True):
+        every = np.ones(len(geometry.object), bool)
+        lights = [replace(light, receives=every, blocks=every) for light in lights]
     plan, lights = make_plan(geometry, surfaces, world, lights, settings, notes, scene.raster is not None)
     camera = scene.camera
     if camera.lens is None and not notes.spare("depth-of-field", True):
@@ -291,7 +296,14 @@ def _useful_lights(
         kept = [light for light in lights if not light.is_black]
     if kept and receivers.any():
         bounds = bounds_of(geometry, receivers)
-        near = [light for light in kept if can_reach(light, bounds)]
+
+        def near_any(light: CompiledLight) -> bool:
+            if light.receives is None:
+                return can_reach(light, bounds)
+            own = receivers & light.receives
+            return bool(own.any()) and can_reach(light, bounds_of(geometry, own))
+
+        near = [light for light in kept if near_any(light)]
         why = "out of range of all that could answer to them, or turned away"
         if len(near) < len(kept) and notes.spare("far-lights", True, why, len(kept) - len(near)):
             kept = near

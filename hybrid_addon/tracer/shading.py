@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from ..scene import Float32
 from .accel import traceable
-from .compiled import CompiledScene
+from .compiled import Blockers, CompiledScene
 from .constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
 from .interaction import Interaction, shadow_origin
 from .layers import ggx_highlight
 from .lights import CompiledLight, Illumination, angular_radius, illuminate, shadow_rays
 from .media import Stack, transmittance
+from .primitives import PrimitiveSet
 from .rays import offset_origin, origin_offset
 from .scattering import both_faces, fresnel_dielectric, mirrored, phong, schlick, simple_caustic
 from .tally import Tally
@@ -68,7 +69,11 @@ def _add_light(
         arriving += _highlight(hit, lit, light) * np.float32(light.light.specular)
     if light.light.cast_shadow and hit.n_shading is not hit.n_geometric:
         # What casts no shadow, not even on itself, gets no light through its back.
-        arriving *= (dot(lit.wi, hit.n_geometric) > 0) | scene.geometry.shadow.take(hit.prim)
+        casts = scene.geometry.shadow if light.blocks is None else scene.geometry.shadow & light.blocks
+        arriving *= (dot(lit.wi, hit.n_geometric) > 0) | casts.take(hit.prim)
+
+    if light.receives is not None:
+        arriving *= light.receives.take(hit.prim)
 
     # Trace shadow rays only where something would arrive.
     wanted = select((arriving != 0).any(axis=0) | scene.plan.unlit)
@@ -162,17 +167,19 @@ def _seen_share(
     media: Stack | None, wanted: Index, cut: Bools, tally: Tally,
 ) -> Array:  # fmt: skip
     """The same, with marks in `cut` (m,) where a shadow ray is not followed to its end."""
+    blockers = scene.blockers(light)
     if hit.draws is None or not light.is_soft:
-        return visibility(scene, *shadow_rays(light, origin, normal, None), origin, media, tally, cut)
+        return visibility(scene, blockers, *shadow_rays(light, origin, normal, None), origin, media, tally, cut)
     draws, parts = hit.draws.take(wanted), scene.settings.shadow_samples
     squares = [draws.square(light.key, part, parts) for part in range(parts)]
     rays = (shadow_rays(light, origin, normal, square) for square in squares)
-    seen = [visibility(scene, wi, distance, origin, media, tally, cut) for wi, distance in rays]
+    seen = [visibility(scene, blockers, wi, distance, origin, media, tally, cut) for wi, distance in rays]
     return seen[0] if parts == 1 else np.asarray(sum(seen) / np.float32(parts), np.float32)
 
 
 def visibility(
     scene: CompiledScene,
+    blockers: Blockers,
     wi: Float32,
     distance: Float32,
     origin: Float32,
@@ -191,16 +198,15 @@ def visibility(
         cut |= ~is_open
     tally.add("dropped", len(is_open) - count(sound, len(is_open)))
     tally.add("shadow", count(sound, len(is_open)))
-    if len(scene.shadow_opaque):
+    if len(blockers.opaque):
         o, d, t = take(origin, sound), take(wi, sound), take(t_max, sound)
-        is_open[sound] = ~scene.shadow_opaque.occluded(o, d, t, tally)
-    if not len(scene.shadow_tinted):
+        is_open[sound] = ~blockers.opaque.occluded(o, d, t, tally)
+    if not len(blockers.tinted):
         return is_open
     remaining = select(is_open)
     media = None if media is None else take(media, remaining)
-    passed, exhausted = _transmittance(
-        scene, take(origin, remaining), take(wi, remaining), take(t_max, remaining), media, tally
-    )
+    way = take(origin, remaining), take(wi, remaining), take(t_max, remaining)
+    passed, exhausted = _transmittance(scene, blockers.tinted, *way, media, tally)
     if cut is not None and len(exhausted):
         cut[exhausted if isinstance(remaining, slice) else remaining[exhausted]] = True
     if isinstance(remaining, slice):
@@ -212,7 +218,13 @@ def visibility(
 
 
 def _transmittance(
-    scene: CompiledScene, origin: Float32, wi: Float32, t_max: Float32, media: Stack | None, tally: Tally
+    scene: CompiledScene,
+    tinted: PrimitiveSet,
+    origin: Float32,
+    wi: Float32,
+    t_max: Float32,
+    media: Stack | None,
+    tally: Tally,
 ) -> tuple[Float32, Numbers]:
     """Product (3, n) over the non-opaque surfaces on straight shadow rays of (1-r)(1-o)(1-F) transmission_tint.
 
@@ -226,7 +238,7 @@ def _transmittance(
     travelled = np.zeros(wi.shape[1])
     for _ in range(MAX_SHADOW_CROSSINGS):
         tally.add("shadow_steps", len(active))
-        hits = scene.shadow_tinted.nearest(origin, d, tally)
+        hits = tinted.nearest(origin, d, tally)
         crosses = travelled + hits.t < t_max.take(active)
         if media is not None and scene.media.shadow_absorption is not None:
             way = np.where(crosses, hits.t, t_max.take(active) - travelled)

@@ -236,3 +236,6 @@ def _check_lights(scene: Scene) -> None:
             _require(value >= 0, f"{name}: {field} must not be negative, got {value}")  # a range may be infinite
         if isinstance(light, SpotLight):
             _require(bool(np.isfinite(light.world_to_light).all()), f"{name}: world_to_light must be finite")
+        objects = len(scene.instances) + len(scene.spheres) + len(scene.planes)
+        for number in sorted((light.receivers or frozenset()) | (light.blockers or frozenset())):
+            _require(0 <= number < objects, f"{name}: it is linked to object {number}, but there are {objects}")

@@ -138,11 +138,3 @@ def test_lobe_factors_shadow_and_falloff_switches(scene):
     b_object.visible_diffuse = False
     context = LightContext("EEVEE", 0.01)
     assert translate_light(b_object, np.eye(4), context, Warnings()).diffuse == 0.0
-
-
-def test_light_linking_is_warned_of(scene):
-    warn = Warnings()
-    b_object = bpy.data.objects["Light"]
-    b_object.light_linking.receiver_collection = bpy.data.collections.new("Receivers")
-    translate_light(b_object, np.eye(4), LightContext("EEVEE", 0.01), warn)
-    assert [line for line in warn if "light linking" in line and "'Light'" in line]

@@ -6,7 +6,7 @@ from hybrid_addon.tracer.lights import compile_lights, form_factor, illuminate
 
 
 def light_up(light, points, normals, least=0.0, center=(0, 0, 0)):
-    compiled = compile_lights([light], np.array(center, float))[0]
+    compiled = compile_lights([light], np.array(center, float), np.zeros(0, np.intp))[0]
     points = (np.array(points, float) - center).T.astype(np.float32)
     normals = np.array(normals, np.float32).reshape(-1, 3).T
     normals = np.broadcast_to(normals, points.shape)

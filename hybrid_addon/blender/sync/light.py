@@ -207,9 +207,7 @@ def _scaled(color: RGB, factor: float) -> RGB:
 
 
 def _warn_of_ignored(b_object: bpy.types.Object, warn: Warnings) -> None:
-    b_light, b_linking = b_object.data, b_object.light_linking
-    if b_linking.receiver_collection or b_linking.blocker_collection:
-        warn.add(f"light {b_object.name!r}: light linking is not traced; it lights every ray traced object")
+    b_light = b_object.data
     if uses_nodes(b_light) and _has_own_nodes(b_light.node_tree):
         warn.add(f"light {b_object.name!r}: its nodes are ignored, as EEVEE ignores them; colour and power are used")
 

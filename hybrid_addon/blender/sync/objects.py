@@ -16,6 +16,7 @@ from ...expressions import reads
 from ...scene import Float64, Instance, Light, TriangleMesh, Visibility
 from ..flags import Flags
 from .light import LightContext, translate_light
+from .linking import Links, linked, links_of
 from .material import Surfaces
 from .mesh import translate_mesh
 from .messages import Warnings
@@ -44,6 +45,8 @@ class Objects:
         self.instances: list[Instance] = []
         self.owners: list[str] = []  # of each instance the object whose flag decides
         self.lights: list[Light] = []
+        self._links: list[Links] = []  # of the lights
+        self._names: list[str] = []  # of each instance, by which light linking knows it
 
     def add_all(self, b_depsgraph: bpy.types.Depsgraph) -> None:
         """Add everything visible. What the iterator hands out dies at its next step, so all is copied at once."""
@@ -52,6 +55,7 @@ class Objects:
                 self._add(b_instance)
             if b_instance.show_particles and not b_instance.is_instance:
                 self._warn_of_strands(b_instance.object)
+        self.lights = [linked(light, links, self._names) for light, links in zip(self.lights, self._links, strict=True)]
 
     def _add(self, b_instance: bpy.types.DepsgraphObjectInstance) -> None:
         b_object = b_instance.object
@@ -67,6 +71,7 @@ class Objects:
         light = translate_light(b_instance.object, _matrix(b_instance), self._light_context, self._warn)
         if light is not None:
             self.lights.append(light)
+            self._links.append(links_of(b_instance.object))
 
     def _add_surface(self, b_instance: bpy.types.DepsgraphObjectInstance) -> None:
         b_object = b_instance.object
@@ -80,6 +85,7 @@ class Objects:
         self._warn_of_holdout(b_object)
         self._warn_of_instancer(b_instance, settings)
         self.owners.append((b_instance.parent or b_object).original.name)
+        self._names.append((b_instance.parent or b_object).original.name_full)
         self.instances.append(
             Instance(
                 name=b_object.name,
