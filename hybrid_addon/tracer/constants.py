@@ -29,6 +29,12 @@ BUDGET_BITS = 40
 BUDGET_UNIT = 2.0**-BUDGET_BITS
 """The cutoff's budget is counted in whole units of this share of a sample: sums of integers are exact in any order."""
 
+LIGHT_BUDGET = 1 / 8
+"""Share of the cutoff that a sample may lose by light that it does not ask for; the rest by rays."""
+
+FAINT_LIGHT = 1 / 16
+"""And of that, what one hit may lose. Most hits on glass and mirrors are this far from their highlights' peaks."""
+
 MAX_SHADOW_CROSSINGS = 64
 """A shadow ray crosses at most so many non-opaque surfaces; then it counts as blocked."""
 

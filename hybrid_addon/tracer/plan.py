@@ -72,6 +72,7 @@ PRUNINGS = (
     Pruning("raster-shadows", "exact if", "shadows on the raster", "no flagged object can cast one"),
     Pruning("backing", "exact if", "look-ups in the raster", "no raster, or rays reach nothing matte that it shows"),
     Pruning("cutoff", "bounded", "rays that bring little", "Cutoff is above 0: no sample loses more than that"),
+    Pruning("faint-light", "bounded", "light that hardly counts", "Cutoff is above 0: light is a small part of it"),
     Pruning("adaptive", "heuristic", "samples", "Adaptive is above 0: the pixel's first samples and neighbours agree"),
 )
 """All prunings, in the order in which a frame meets them. README shows this table."""
@@ -87,7 +88,8 @@ class Plan:
     secondary : build what they can meet.   weightless : spawn them even where they carry nothing.
     ambient, diffuse, specular : terms of local shading that can differ from 0.   emission : add it.
     world     : add the light of rays that leave the scene.
-    shadows   : trace shadow rays.   unlit : even where no light would arrive.   any_hit : ask for any hit where it will
+    shadows   : trace shadow rays.   unlit : even where no light would arrive.   faint : not where hardly any would.
+    any_hit : ask for any hit where it will
                 do.
     soft_shadows : shadow rays may go to points spread over their lights.
     raster_shadows : work out the shadows of flagged objects on all others.
@@ -104,6 +106,7 @@ class Plan:
     specular: bool
     shadows: bool
     unlit: bool
+    faint: bool
     any_hit: bool
     emission: bool
     world: bool
@@ -263,6 +266,7 @@ def make_plan(
         raster_shadows = not spare("raster-shadows", not (shadows and casters.any()), why) and raster_shadows
     backed = not spare("backing", not raster or not (secondary and backable(geometry, table).any())) and raster
     spare("cutoff", settings.cutoff > 0)
+    faint = shadows and spare("faint-light", settings.cutoff > 0)
     spare("adaptive", settings.adaptive > 0)
     plan = Plan(
         reflection=reflection,
@@ -274,6 +278,7 @@ def make_plan(
         specular=specular,
         shadows=shadows,
         unlit=unlit,
+        faint=faint,
         any_hit=any_hit,
         emission=emission,
         world=escapes,

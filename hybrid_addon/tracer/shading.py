@@ -5,6 +5,7 @@ Llocal = ambient base_color E_world / pi + sum over lights (diffuse base_color /
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import cast
 
 import numpy as np
@@ -28,10 +29,14 @@ from .vectors import Array, Index, count, dot, normalize, select, take
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 
-INVERSE_PI = np.float32(1 / np.pi)
+PI, INVERSE_PI = np.float32(np.pi), np.float32(1 / np.pi)
 
 
-def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally) -> Float32:
+Cut = Callable[[Index, Float32], Array]
+"""Asked which hits do without a light that brings the share (3, m) of what a white wall would send on: (m,) bool."""
+
+
+def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cut | None = None) -> Float32:
     """Llocal (3, n) of hits, seen along wo. Surfaces shade on both sides: normals are on the side of wo."""
     plan, color = scene.plan, hit.value("base_color")
     radiance = np.zeros(color.shape, np.float32)
@@ -44,7 +49,7 @@ def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally) -> Floa
         point = hit.point.astype(np.float32)
         origin = shadow_origin(scene.geometry, hit) if plan.shadows else hit.outer
         for light in scene.lights:
-            _add_light(scene, hit, point, origin, light, color, radiance, tally)
+            _add_light(scene, hit, point, origin, light, color, radiance, tally, cut)
     return radiance
 
 
@@ -57,6 +62,7 @@ def _add_light(
     diffuse: Float32,
     radiance: Float32,
     tally: Tally,
+    cut: Cut | None,
 ) -> None:
     """Add one light's share to radiance (3, n). diffuse: (3, n), albedo over pi with its weights.
 
@@ -76,10 +82,13 @@ def _add_light(
         arriving *= light.receives.take(hit.prim)
 
     # Trace shadow rays only where something would arrive.
+    traces = light.light.cast_shadow and scene.plan.shadows
+    if traces and cut is not None:
+        _cut_faint(arriving, lit, cut, tally)
     wanted = select((arriving != 0).any(axis=0) | scene.plan.unlit)
     chosen = take(arriving, wanted)
     chosen *= light.color
-    if light.light.cast_shadow and scene.plan.shadows:
+    if traces:
         tally.add("shadow_not_needed", len(hit.prim) - chosen.shape[1])
         visible = _visible_share(scene, light, hit, take(origin, wanted), wanted, tally)
         chosen *= visible
@@ -90,6 +99,14 @@ def _add_light(
     else:
         for i in range(3):
             radiance[i, wanted] += chosen[i]
+
+
+def _cut_faint(arriving: Float32, lit: Illumination, cut: Cut, tally: Tally) -> None:
+    """Take out of arriving (3, n) what may be cut: then it needs no shadow ray."""
+    faces = np.flatnonzero((lit.specular > 0) & (arriving != 0).any(axis=0))
+    faint = faces[cut(faces, arriving[:, faces] * (PI / lit.specular[faces]))]
+    arriving[:, faint] = 0
+    tally.add("shadow_cut", len(faint))
 
 
 def _add_blurred(scene: CompiledScene, hit: Interaction, radiance: Float32) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64, Settings
-from .constants import BUDGET_BITS, BUDGET_UNIT
+from .constants import BUDGET_BITS, BUDGET_UNIT, FAINT_LIGHT, LIGHT_BUDGET
 from .rays import REFLECTION, REFRACTION
 from .signature import Signatures
 from .vectors import largest_component
@@ -44,6 +44,7 @@ class Sums:
                raster-backed hits.
     limit    : throughput, in units of BUDGET_UNIT, that each sample may lose to the cutoff; 0: none.
     allowed  : how much of it each sample may have lost by now (see `begin_wave`).
+    light_limit, unlit : the same for light that is not asked for (see `cut_light`).
     spent    : (m count,) int64, throughput that each sample has lost so far, in the same units; (0,) without a limit.
     """
 
@@ -55,13 +56,16 @@ class Sums:
     allowed: int = 0
     spent: NDArray[np.int64] | None = None
     groups: int = 1
+    light_limit: int = 0
+    unlit: NDArray[np.int64] | None = None
     signatures: Signatures | None = None
     parts: dict[str, Float64] = field(default_factory=dict)
 
     @classmethod
     def zeros(cls, m: int, count: int = 1, cutoff: float = 0.0, groups: int = 1, parts: Iterable[str] = ()) -> Sums:
         """Nothing yet. cutoff: throughput that each sample may lose. parts: light passes that are wanted."""
-        limit = int(cutoff / BUDGET_UNIT)
+        light_limit = int(cutoff * LIGHT_BUDGET / BUDGET_UNIT)
+        limit = int(cutoff / BUDGET_UNIT) - light_limit
         return cls(
             np.zeros((3, m * groups)),
             np.zeros(m * groups),
@@ -71,6 +75,8 @@ class Sums:
             limit,
             np.zeros(m * count, np.int64) if limit else None,
             groups,
+            light_limit=light_limit,
+            unlit=np.zeros(m * count, np.int64) if light_limit else None,
             parts={name: np.zeros((LIGHT_PASSES[name], m * groups)) for name in parts},
         )
 
@@ -141,6 +147,23 @@ class Sums:
         starts = np.flatnonzero(np.diff(owner, prepend=-1))
         before = np.repeat((total - cost)[starts], np.diff(starts, append=len(owner)))
         result[candidates[order[total - before <= left[order]]]] = True
+        return result
+
+    def cut_light(self, sample: Numbers, share: Float32) -> NDArray[np.bool_]:
+        """Which of n samples do without a light that brings them so much, (n,), of what a white wall would send on.
+
+        That is residual then. All of a sample's that is faint goes if its budget for light allows, else nothing.
+        """
+        result = np.zeros(len(share), bool)
+        if self.unlit is None:
+            return result
+        candidates = np.flatnonzero((share > 0) & (share <= np.float32(FAINT_LIGHT * self.light_limit * BUDGET_UNIT)))
+        lost, owner = share[candidates], sample[candidates]
+        cost = budget_units(lost)
+        fits = self.unlit[owner] + np.bincount(owner, cost, len(self.unlit))[owner] <= self.light_limit
+        np.add.at(self.unlit, owner[fits], cost[fits])
+        self.residual += np.bincount(self._group(owner[fits]), lost[fits], minlength=len(self.seen))
+        result[candidates[fits]] = True
         return result
 
     def _group(self, sample: Numbers) -> Numbers:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene import Float32
 from .accel import traceable
 from .backing import Backing
 from .compiled import CompiledScene
@@ -20,7 +22,7 @@ from .spawn import spawn
 from .sums import Sums
 from .tally import Tally
 from .varying import resolve
-from .vectors import Index, count, select, take
+from .vectors import Array, Index, count, largest_component, select, take
 
 Watch = Callable[[Rays, Hits, Index, Interaction | None, Rays], None]
 """Told of each wave: its rays, their hits, which of them hit, what is known of those (None: no one hit), their rays."""
@@ -189,11 +191,17 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tal
         if count(shaded, len(rays)):
             seen = at.take(shaded)
             seen.cut = np.zeros(len(seen.prim), bool)
-            weight = take(rays.throughput, shaded) * seen.value("local")
-            radiance = weight * local_radiance(scene, seen, tally)
-            sums.add_radiance(take(rays.sample, shaded), radiance, take(rays.branch, shaded))
+            weight, sample = take(rays.throughput, shaded) * seen.value("local"), take(rays.sample, shaded)
+            cut = None if sums.unlit is None or not scene.plan.faint else partial(_cut_light, weight, sample, sums)
+            radiance = weight * local_radiance(scene, seen, tally, cut)
+            sums.add_radiance(sample, radiance, take(rays.branch, shaded))
             if seen.cut.any():
                 lost = np.flatnonzero(seen.cut)
-                sums.add_residual(take(rays.sample, shaded)[lost], weight[:, lost])
+                sums.add_residual(sample[lost], weight[:, lost])
             if at.lit is not None and seen.lit is not None:
                 at.lit[shaded] = seen.lit
+
+
+def _cut_light(weight: Float32, sample: NDArray[np.intp], sums: Sums, index: Index, share: Float32) -> Array:
+    """Which hits `index` do without a light that brings the share (3, m) of what a white wall would send on."""
+    return sums.cut_light(take(sample, index), largest_component(take(weight, index) * share))
