@@ -29,10 +29,10 @@ BUDGET_BITS = 40
 BUDGET_UNIT = 2.0**-BUDGET_BITS
 """The cutoff's budget is counted in whole units of this share of a sample: sums of integers are exact in any order."""
 
-LIGHT_BUDGET = 1 / 8
+LIGHT_BUDGET = 1 / 16
 """Share of the cutoff that a sample may lose by light that it does not ask for; the rest by rays."""
 
-FAINT_LIGHT = 1 / 16
+FAINT_LIGHT = 1 / 256
 """And of that, what one hit may lose. Most hits on glass and mirrors are this far from their highlights' peaks."""
 
 MAX_SHADOW_CROSSINGS = 64

@@ -32,6 +32,7 @@ class Interaction:
     point       : (3, n) float64, in the primitive's plane
     n_geometric : (3, n) float32
     n_shading   : (3, n) float32; the same array where nothing is smooth
+    weights     : (2, n) float64, barycentrics of the second and third corner on smooth triangles; None: none is smooth
     wo          : (3, n) float32, back along the ray
     offset      : (n,) float32, how far off the surface new rays start
     outer       : (3, n) float32, origin of new rays on the side of wo
@@ -50,6 +51,7 @@ class Interaction:
     point: Float64
     n_geometric: Float32
     n_shading: Float32
+    weights: Float64 | None
     wo: Float32
     offset: Float32
     outer: Float32
@@ -86,6 +88,7 @@ class Interaction:
             point=take(self.point, index),
             n_geometric=n_geometric,
             n_shading=n_geometric if flat else take(self.n_shading, index),
+            weights=None if self.weights is None else take(self.weights, index),
             wo=take(self.wo, index),
             offset=take(self.offset, index),
             outer=take(self.outer, index),
@@ -108,6 +111,7 @@ def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays, ch
     facing = normal * np.where(entering, 1.0, -1.0)
     offset = origin_offset(point.astype(np.float32), geometry.extent.take(prim))
     n_geometric = facing.astype(np.float32)
+    n_shading, weights = _shading_normal(geometry, prim, point, n_geometric, entering)
     return Interaction(
         prim=prim,
         table=table,
@@ -117,7 +121,8 @@ def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays, ch
         entering=entering,
         point=point,
         n_geometric=n_geometric,
-        n_shading=_shading_normal(geometry, prim, point, n_geometric, entering),
+        n_shading=n_shading,
+        weights=weights,
         wo=-direction.astype(np.float32, copy=False),
         offset=offset,
         outer=offset_origin(point, facing, offset),
@@ -126,13 +131,13 @@ def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays, ch
 
 def _shading_normal(
     geometry: Geometry, prim: Numbers, point: Float64, n_geometric: Float32, entering: NDArray[np.bool_]
-) -> Float32:
-    """Interpolated normals (3, n) on the side of n_geometric; n_geometric itself where a triangle is flat."""
+) -> tuple[Float32, Float64 | None]:
+    """Interpolated normals (3, n) on the side of n_geometric, itself where a triangle is flat; and their weights."""
     if geometry.normals is None:
-        return n_geometric
+        return n_geometric, None
     smooth = select(geometry.smooth.take(prim))
     if count(smooth, len(prim)) == 0:
-        return n_geometric
+        return n_geometric, None
     u, v = barycentrics(geometry, take(prim, smooth), take(point, smooth))
     corner = np.ascontiguousarray(geometry.normals.take(take(prim, smooth), axis=0).T)
     n = corner[0:3] * (1 - u - v).astype(np.float32) + corner[3:6] * u.astype(np.float32)
@@ -142,27 +147,31 @@ def _shading_normal(
     # A normal that vanishes or points into its own surface tells nothing: the geometric one then.
     facing = take(n_geometric, smooth)
     np.copyto(n, facing, where=~(dot(n, facing) > 0))
-    return put(n_geometric, smooth, n)
+    return put(n_geometric, smooth, n), put(np.zeros((2, len(prim))), smooth, np.stack([u, v]))
 
 
-def shadow_origin(geometry: Geometry, hit: Interaction) -> Float32:
-    """Where shadow rays start (3, n): off the surface, on smooth triangles lifted to the curved one that it stands for.
+def shadow_origin(geometry: Geometry, hit: Interaction, index: Index) -> Float32:
+    """Where shadow rays of the hits `index` start, (3, m): off the surface, on smooth triangles off the curved one.
+
+    The curved one is what the triangle stands for.
 
     Otherwise coarse facets shadow each other along the terminator. Hanika, Hacking the Shadow Terminator (Ray Tracing
     Gems II, 2021): P' = P + sum b_i max(0, (v_i - P).n_i) n_i, towards the tangent planes of the corners.
     """
-    if hit.n_shading is hit.n_geometric or geometry.normals is None:
-        return hit.outer
-    smooth = select(geometry.smooth.take(hit.prim))
-    if count(smooth, len(hit.prim)) == 0:
-        return hit.outer
-    prim, point, sign = take(hit.prim, smooth), take(hit.point, smooth), np.where(take(hit.entering, smooth), 1, -1)
-    u, v = barycentrics(geometry, prim, point)
+    outer, prim = take(hit.outer, index), take(hit.prim, index)
+    if hit.weights is None or geometry.normals is None:
+        return outer
+    smooth = select(geometry.smooth.take(prim))
+    if count(smooth, len(prim)) == 0:
+        return outer
+    on_smooth = smooth if isinstance(index, slice) else take(index, smooth)
+    prim, point, sign = take(prim, smooth), take(hit.point, on_smooth), np.where(take(hit.entering, on_smooth), 1, -1)
+    u, v = take(hit.weights, on_smooth)
     normals = np.ascontiguousarray(geometry.normals.take(prim, axis=0).T) * sign.astype(np.float32)
     lifted = point.copy()
     for i, weight in enumerate((1 - u - v, u, v)):
         corner = np.ascontiguousarray(geometry.vertices.take(geometry.triangles[:, i].take(prim), axis=0).T)
         n = normals[3 * i : 3 * i + 3].astype(np.float64)
         lifted += n * (weight * np.maximum(dot(corner - point, n), 0))
-    facing = take(hit.n_geometric, smooth).astype(np.float64)
-    return put(hit.outer, smooth, offset_origin(lifted, facing, take(hit.offset, smooth)))
+    facing = take(hit.n_geometric, on_smooth).astype(np.float64)
+    return put(outer, smooth, offset_origin(lifted, facing, take(hit.offset, on_smooth)))

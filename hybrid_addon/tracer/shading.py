@@ -15,6 +15,7 @@ from ..scene import Float32
 from .accel import traceable
 from .compiled import Blockers, CompiledScene
 from .constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
+from .geometry import Geometry
 from .interaction import Interaction, shadow_origin
 from .layers import ggx_highlight
 from .lights import CompiledLight, Illumination, angular_radius, illuminate, shadow_rays
@@ -41,23 +42,40 @@ def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cu
     plan, color = scene.plan, hit.value("base_color")
     radiance = np.zeros(color.shape, np.float32)
     if plan.ambient:
-        radiance += color * hit.value("ambient") * scene.world.irradiance_over_pi(hit.n_shading)
-        if hit.table.layered.any():
-            _add_blurred(scene, hit, radiance)
+        _add_ambient(scene, hit, radiance)
     if plan.diffuse or plan.specular:
         color = color * (hit.value("diffuse") * INVERSE_PI)
         point = hit.point.astype(np.float32)
-        origin = shadow_origin(scene.geometry, hit) if plan.shadows else hit.outer
+        origins = _Origins(scene.geometry, hit)
         for light in scene.lights:
-            _add_light(scene, hit, point, origin, light, color, radiance, tally, cut)
+            _add_light(scene, hit, point, origins, light, color, radiance, tally, cut)
     return radiance
+
+
+class _Origins:
+    """Where shadow rays start: worked out for hits when the first light asks for them."""
+
+    def __init__(self, geometry: Geometry, hit: Interaction) -> None:
+        self.geometry, self.hit = geometry, hit
+        self.known = np.zeros(len(hit.prim), bool)
+        self.origin = np.empty(hit.outer.shape, np.float32)
+
+    def take(self, index: Index) -> Float32:
+        """Origins (3, m) for the hits `index`."""
+        if self.hit.weights is None:
+            return take(self.hit.outer, index)
+        unknown = select(~self.known[index])
+        new = unknown if isinstance(index, slice) else take(index, unknown)
+        self.origin[:, new] = shadow_origin(self.geometry, self.hit, new)
+        self.known[new] = True
+        return take(self.origin, index)
 
 
 def _add_light(
     scene: CompiledScene,
     hit: Interaction,
     point: Float32,
-    origin: Float32,
+    origins: _Origins,
     light: CompiledLight,
     diffuse: Float32,
     radiance: Float32,
@@ -66,11 +84,11 @@ def _add_light(
 ) -> None:
     """Add one light's share to radiance (3, n). diffuse: (3, n), albedo over pi with its weights.
 
-    origin: (3, n), where shadow rays start. They tell whether light comes through the back of a smooth triangle.
+    Shadow rays tell whether light comes through the back of a smooth triangle.
     """
     # Work out what would arrive if nothing were in between.
     lit = illuminate(light, point, hit.n_shading, hit.offset)
-    arriving = diffuse * (lit.diffuse * np.float32(light.light.diffuse))
+    arriving: Float32 = diffuse * (lit.diffuse * np.float32(light.light.diffuse))
     if scene.plan.specular and light.light.specular != 0:
         arriving += _highlight(hit, lit, light) * np.float32(light.light.specular)
     if light.light.cast_shadow and hit.n_shading is not hit.n_geometric:
@@ -90,7 +108,7 @@ def _add_light(
     chosen *= light.color
     if traces:
         tally.add("shadow_not_needed", len(hit.prim) - chosen.shape[1])
-        visible = _visible_share(scene, light, hit, take(origin, wanted), wanted, tally)
+        visible = _visible_share(scene, light, hit, origins.take(wanted), wanted, tally)
         chosen *= visible
         if hit.lit is not None:
             hit.lit[wanted] += light.key * (visible > 0 if visible.ndim == 1 else (visible > 0).any(axis=0))
@@ -104,20 +122,30 @@ def _add_light(
 def _cut_faint(arriving: Float32, lit: Illumination, cut: Cut, tally: Tally) -> None:
     """Take out of arriving (3, n) what may be cut: then it needs no shadow ray."""
     faces = np.flatnonzero((lit.specular > 0) & (arriving != 0).any(axis=0))
-    faint = faces[cut(faces, arriving[:, faces] * (PI / lit.specular[faces]))]
+    share: Float32 = arriving[:, faces] * (PI / lit.specular[faces])
+    faint = faces[cut(faces, share)]
     arriving[:, faint] = 0
     tally.add("shadow_cut", len(faint))
 
 
-def _add_blurred(scene: CompiledScene, hit: Interaction, radiance: Float32) -> None:
-    """Add the world's blurred image in the reflections that no ray follows."""
+def _add_ambient(scene: CompiledScene, hit: Interaction, radiance: Float32) -> None:
+    """Add the light of the world: what is diffuse, and its blurred image in the reflections that no ray follows."""
+    lit = select(hit.table.shades_ambient.take(hit.surface))
+    if count(lit, len(hit.prim)):
+        color = hit.value("base_color", lit) * hit.value("ambient", lit)
+        radiance[:, lit] += color * scene.world.irradiance_over_pi(take(hit.n_shading, lit))
+    blurred = select(hit.table.blurs.take(hit.surface))
+    if count(blurred, len(hit.prim)) == 0:
+        return
+    wo, n = take(hit.wo, blurred), take(hit.n_shading, blurred)
     for name in ("lobe", "coat"):
-        weight = np.broadcast_to(hit.value(f"{name}_blurred"), radiance.shape)
-        rough = np.flatnonzero((weight != 0).any(axis=0))
+        weight = hit.value(f"{name}_blurred", blurred)
+        rough = np.flatnonzero(weight if weight.ndim == 1 else weight.any(axis=0))
         if len(rough):
-            wide = hit.value(f"{name}_roughness", rough)
-            image = scene.world.glossy(mirrored(hit.wo[:, rough], hit.n_shading[:, rough], wide), wide)
-            radiance[:, rough] += weight[:, rough] * image
+            index = rough if isinstance(blurred, slice) else take(blurred, rough)
+            wide = hit.value(f"{name}_roughness", index)
+            image = scene.world.glossy(mirrored(wo[:, rough], n[:, rough], wide), wide)
+            radiance[:, index] += take(weight, rough) * image
 
 
 def _highlight(hit: Interaction, lit: Illumination, light: CompiledLight) -> Float32:

@@ -182,7 +182,9 @@ def _argsort(owner: Numbers, cost: NDArray[np.int64]) -> Numbers:
     key = key[order]
     equal = np.flatnonzero(key[1:] == key[:-1])
     if len(equal):
-        equal = np.union1d(equal, equal + 1)
+        tied = np.zeros(len(key), bool)
+        tied[equal] = tied[equal + 1] = True
+        equal = np.flatnonzero(tied)
         order[equal] = order[equal][np.lexsort((order[equal], key[equal]))]
     return order
 

@@ -49,6 +49,7 @@ class SurfaceTable:
     expressive: Bools  # (s,) and expressions tell of it
     varies_through: Bools  # (s,) and what it lets through is not the same everywhere
     layered: Bools  # (s,) it answers in layers
+    blurs: Bools  # (s,) and may show the world blurred
     tabulated: Tabulated  # what of them the cosine tells
     surfaces: tuple[Surface, ...]
 
@@ -113,10 +114,11 @@ def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
     layered = np.array([s.layered for s in surfaces])
     through = [any(isinstance(getattr(s, name), Expression) for name in THROUGH) for s in surfaces]
     expressive = np.array([any(True for _ in expressions_of(s)) for s in surfaces])
+    tabulated = Tabulated(surfaces)
     table = SurfaceTable(
         Columns(plain_columns(high, len(surfaces))), high["ior"][0], **_flags(low, high),
         varies=layered | expressive, expressive=expressive,
-        varies_through=layered | through, layered=layered, tabulated=Tabulated(surfaces),
+        varies_through=layered | through, layered=layered, blurs=layered & tabulated.blurs, tabulated=tabulated,
         surfaces=surfaces,
     )  # fmt: skip
     table = _with_layers(table, low, high, layered) if layered.any() else table

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..expressions import expressions_of
 from ..scene import WHITE, Expression, Float32, Float64, Surface
-from .columns import CROSSING, HEIGHT
+from .columns import CROSSING, HEIGHT, ROWS
 from .constants import COSINES
 from .fields import fields_of
 from .layers import layered_columns
@@ -26,7 +26,11 @@ FACTORS = ("base_color", "emission")
 
 
 class Tabulated:
-    """row : (s,) intp, the place in the table of each surface of a scene; negative: it is not there."""
+    """Of the s surfaces of a scene.
+
+    row   : (s,) intp, the place of each in the table; negative: it is not there.
+    blurs : (s,) bool, it shows the world blurred; of those that are not there, unknown and hence True.
+    """
 
     def __init__(self, surfaces: tuple[Surface, ...]) -> None:
         self.row = np.full(len(surfaces), -1, np.intp)
@@ -35,6 +39,8 @@ class Tabulated:
         cos = np.linspace(0, 1, COSINES)
         columns = [layered_columns(fields_of(_white(surfaces[number])), cos) for number in fit]
         values = np.stack(columns) if columns else np.zeros((0, HEIGHT, COSINES), np.float32)
+        self.blurs = np.ones(len(surfaces), bool)
+        self.blurs[fit] = (values[:, ROWS["lobe_blurred"].start : ROWS["coat_blurred"].stop] != 0).any(axis=(1, 2))
         self._used = np.flatnonzero((values != 0).any(axis=(0, 2)))
         self._all, self._crossing = _steps(values[:, self._used]), _steps(values[:, CROSSING])
 

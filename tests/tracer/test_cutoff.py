@@ -7,7 +7,7 @@ import pytest
 
 from hybrid_addon.scene import PointLight, Settings, World
 from hybrid_addon.tracer import trace
-from hybrid_addon.tracer.constants import BUDGET_UNIT
+from hybrid_addon.tracer.constants import BUDGET_UNIT, FAINT_LIGHT, LIGHT_BUDGET
 from hybrid_addon.tracer.sums import Sums
 
 ALL = Settings(samples=4, see="ALL", threads=1, max_depth=9)
@@ -59,7 +59,7 @@ def test_the_error_is_within_the_residual_in_every_pixel(wine_glass, deep):
         deep.rays[k] for k in ("reflected", "refracted")
     )
     cut = [e for e in film.skipped if "cutoff" in str(e["why"])]
-    assert len(cut) == 1 and cut[0]["count"] > 0
+    assert {e["what"] for e in cut} >= {"rays"} and all(e["count"] > 0 for e in cut)
 
 
 def test_a_deep_tree_with_a_cutoff_costs_less_than_a_shallow_one_without(wine_glass, deep):
@@ -93,7 +93,7 @@ def test_no_cutoff_cuts_nothing(wine_glass, deep):
 
 
 def test_a_sample_spends_its_own_budget_on_its_smallest_branches():
-    sums = Sums.zeros(2, 2, cutoff=0.25)
+    sums = Sums.zeros(2, 2, cutoff=0.25 / (1 - LIGHT_BUDGET) + 1e-9)
     sample = np.array([0, 1, 0, 0, 3, 1])
     weight = np.float32([0.125, 0.25, 0.0625, 0.1875, 0.5, 0.125])
     first = sums.cuttable(sample, weight)
@@ -109,8 +109,8 @@ def test_equal_branches_are_cut_in_their_order_exact(different):
     random = np.random.default_rng(different)
     sample = random.integers(0, 300, 5000)
     weight = (random.integers(1, different + 1, 5000) / 2**13).astype(np.float32)
-    cut = Sums.zeros(300, cutoff=float(weight.mean()) * 8).cuttable(sample, weight)
-    left = np.full(300, int(float(weight.mean()) * 8 / BUDGET_UNIT))
+    sums = Sums.zeros(300, cutoff=float(weight.mean()) * 8)
+    cut, left = sums.cuttable(sample, weight), np.full(300, sums.limit)
     expected = np.zeros(5000, bool)
     spent_out = np.zeros(300, bool)
     for i in np.lexsort((weight, sample)):
@@ -121,6 +121,32 @@ def test_equal_branches_are_cut_in_their_order_exact(different):
             expected[i] = True
     np.testing.assert_array_equal(cut, expected)
     assert 0.2 < cut.mean() < 0.95
+
+
+def test_light_is_cut_as_far_as_its_own_budget_goes_and_is_residual():
+    cutoff = 2.0**-8
+    most = cutoff * LIGHT_BUDGET * FAINT_LIGHT
+    sums = Sums.zeros(2, 2, cutoff)
+    share = np.float32([0.5, 0.25, 0, 2, 0.5]) * np.float32(most)
+    np.testing.assert_array_equal(sums.cut_light(np.array([0, 0, 1, 1, 3]), share), [True, True, False, False, True])
+    np.testing.assert_allclose(sums.residual, [0.75 * most, 0.5 * most], rtol=1e-6)
+    many = np.full(int(1 / FAINT_LIGHT), most, np.float32)  # with what is spent, more than the budget: all or nothing
+    assert not sums.cut_light(np.zeros(len(many), int), many).any()
+    assert sums.cut_light(np.full(len(many) // 2, 2), many[: len(many) // 2]).all()
+
+
+def test_far_from_its_highlight_glass_asks_for_no_light(build):
+    """And what that loses is within the residual, times what the lamp makes of a white wall."""
+    lamp = PointLight("p", (2, -2, 2), (30, 30, 30))
+    glass = build.glass(1.5, specular=(0.04,) * 3, layered=True, roughness=0.0)
+    s = build.scene((build.icosphere(3, 1, smooth=True), glass), lights=(lamp,), world=World((0.5, 0.5, 0.5)))
+    full, cut = trace(s, ALL), trace(s, replace(ALL, cutoff=CUTOFF))
+    kept = trace(s, replace(ALL, cutoff=CUTOFF, keep=frozenset({"faint-light"})))
+    assert cut.rays["shadow"] < 0.5 * kept.rays["shadow"]
+    assert any(e["what"] == "shadow rays" and "cutoff" in str(e["why"]) for e in cut.skipped)
+    error = np.abs(cut.radiance.astype(float) - full.radiance).max(2)
+    wall = 30 / 1.5**2 / np.pi  # metres from the lamp to the ball at least
+    assert (error <= (cut.residual.astype(float) + full.residual) * wall + 1e-6).all()
 
 
 @pytest.mark.parametrize("cutoff", [-1e-3, 1.0, float("nan")])
