@@ -88,7 +88,7 @@ def _add_light(
     """
     # Work out what would arrive if nothing were in between.
     lit = illuminate(light, point, hit.n_shading, hit.offset)
-    arriving: Float32 = diffuse * (lit.diffuse * np.float32(light.light.diffuse))
+    arriving = np.asarray(diffuse * (lit.diffuse * np.float32(light.light.diffuse)), np.float32)
     if scene.plan.specular and light.light.specular != 0:
         arriving += _highlight(hit, lit, light) * np.float32(light.light.specular)
     if light.light.cast_shadow and hit.n_shading is not hit.n_geometric:
@@ -122,8 +122,7 @@ def _add_light(
 def _cut_faint(arriving: Float32, lit: Illumination, cut: Cut, tally: Tally) -> None:
     """Take out of arriving (3, n) what may be cut: then it needs no shadow ray."""
     faces = np.flatnonzero((lit.specular > 0) & (arriving != 0).any(axis=0))
-    share: Float32 = arriving[:, faces] * (PI / lit.specular[faces])
-    faint = faces[cut(faces, share)]
+    faint = faces[cut(faces, np.asarray(arriving[:, faces] * (PI / lit.specular[faces]), np.float32))]
     arriving[:, faint] = 0
     tally.add("shadow_cut", len(faint))
 
