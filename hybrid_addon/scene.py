@@ -223,6 +223,7 @@ class Instance:
     mesh, surfaces : indices into `Scene.meshes` and `Scene.surfaces` (one for each slot).
     matrix_world   : (4, 4) float64; mirrored, sheared and singular matrices are allowed.
     ray_traced     : flagged by the artist; in hybrid mode only flagged objects are seen by camera rays.
+    moves          : it is likely to be elsewhere in the next frame: a hint, by which search trees are divided.
     """
 
     name: str
@@ -231,6 +232,7 @@ class Instance:
     surfaces: tuple[int, ...]
     ray_traced: bool = False
     visibility: Visibility = Visibility()
+    moves: bool = False
 
 
 @dataclass(frozen=True, eq=False)

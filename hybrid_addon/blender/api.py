@@ -13,14 +13,19 @@ import numpy as np
 from ..presets import QUALITY
 from ..report.frame import frame_report
 from ..scene import Float32
-from . import engine, images, opengl, pipeline, results
+from . import engine, images, keep, opengl, pipeline, results
 from .errors import HybridError
 from .scan import advise, explain, plan
 
 __all__ = ["HybridError", "HybridResult", "advise", "disable", "enable", "explain", "mark", "plan", "render", "unmark"]
 
-disable = pipeline.disable
 enable = pipeline.enable
+
+
+def disable(scene: bpy.types.Scene) -> None:
+    """Switch hybrid rendering off; the scene is then as it was before `enable`, and nothing of it is kept."""
+    pipeline.disable(scene)
+    keep.forget()
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..report.frame import frame_report
 from ..scene import Film, Float32, Raster, Settings
-from . import abort, images, layers, pipeline, raster, results, shadows
+from . import abort, images, keep, layers, pipeline, raster, results, shadows
 
 Progress = Callable[[str, float], bool]
 Window = tuple[int, int, int, int]
@@ -119,10 +119,10 @@ def trace_frame(
         drawn, mask, depth, albedo = _stage(progress, "Reading EEVEE's picture", raster.read, scene, window)
     timing["mask read"] = clock.read()
 
-    clock = results.Clock()
+    clock, left = results.Clock(), keep.of(scene.name)
     translation = _stage(
         progress, "Translating the scene", translate, depsgraph, scene, resolution, window,
-        light_falloff=scene.hybrid.light_falloff,
+        light_falloff=scene.hybrid.light_falloff, kept=left.meshes,
     )  # fmt: skip
     timing["translate"] = clock.read()
     traced_scene, unfit = translation.scene, "" if depth is None else raster.unfit_to_back(scene)
@@ -135,7 +135,7 @@ def trace_frame(
     if not progress("Building", 0.0):
         raise Cancelled
     deadline = results.deadline(scene.name, scene.hybrid.time_budget, (window[2] - window[0]) * (window[3] - window[1]))
-    film = trace(traced_scene, settings, mask, lambda fraction: progress("Tracing", fraction), deadline)
+    film = trace(traced_scene, settings, mask, lambda fraction: progress("Tracing", fraction), deadline, left.trees)
     results.sampled(scene.name, film.time["develop"]["wall"])
     mask = film.coverage if mask is None else mask
     traced = premultiply(film.radiance, mask)
@@ -153,7 +153,7 @@ def trace_frame(
         counts=translation.counts,
         time=timing,
         warnings=[*scene_warnings(scene), *translation.warnings, *budget_warnings(scene, timing, film)],
-        skipped=[{"what": "raster-backed hits", "why": unfit, "count": 1}] if unfit else [],
+        skipped=[*left.skipped(), *([{"what": "raster-backed hits", "why": unfit, "count": 1}] if unfit else [])],
     )
     return results.Frame(window, drawn, mask, traced, report, data_passes(scene, film, mask)), film
 

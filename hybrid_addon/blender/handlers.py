@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import images, note, pipeline, results, shadows
+from . import images, keep, note, pipeline, preview, results, shadows
 from .fingerprint import Fingerprint, fingerprint
 
 _undone: Fingerprint | None = None
@@ -111,6 +111,8 @@ def _on_loaded(*_args: Any) -> None:
     global _undone, _again
     _undone = _again = None
     note.take_back()
+    keep.forget()
+    preview.forget()
     pipeline.sync_all()
     if bpy.app.background and any(pipeline.is_active(scene) for scene in bpy.data.scenes):
         images.ensure_render_result()

@@ -2,10 +2,11 @@
 
 # No `from __future__ import annotations` here: Blender reads the properties from the annotations themselves.
 
+import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import Collection, Context, Material, Object, PropertyGroup, Scene
 
-from . import insets, pipeline, preview
+from . import insets, keep, pipeline, preview
 
 
 def _flag_changed(settings: "HybridObjectSettings", _context: Context) -> None:
@@ -18,6 +19,13 @@ def _collection_changed(_settings: "HybridCollectionSettings", _context: Context
 
 def _value_changed(settings: "HybridObjectSettings | HybridMaterialSettings", _context: Context) -> None:
     settings.surface = "CUSTOM"  # whoever moves a slider, or sets a value from Python, means it
+
+
+def _enabled_changed(settings: "HybridSceneSettings", context: Context) -> None:
+    _scene_changed(settings, context)
+    if not settings.enabled and not bpy.app.background:  # there `render` switches it on and off again for each frame
+        keep.forget()
+        preview.forget()
 
 
 def _scene_changed(settings: "HybridSceneSettings", _context: Context) -> None:
@@ -156,7 +164,7 @@ class HybridSceneSettings(PropertyGroup):
         name="Hybrid",
         description="Draw the ray traced objects of this scene with the ray tracer, composited into EEVEE's picture",
         default=False,
-        update=_scene_changed,
+        update=_enabled_changed,
     )
     mode: EnumProperty(  # type: ignore[valid-type]
         name="Mode",

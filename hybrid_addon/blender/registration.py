@@ -12,6 +12,7 @@ from . import (
     engine,
     handlers,
     insets,
+    keep,
     operators,
     picker,
     pipeline,
@@ -63,6 +64,7 @@ def unregister() -> None:
     cli.unregister()
     ui.unregister()
     insets.forget()
+    keep.forget()
     preview.unregister()
     handlers.unregister()
     translations.unregister()

@@ -1,12 +1,14 @@
 """The Whitted ray tracer: `trace(scene, settings) -> Film`. Pure numpy; only `accel` talks to Embree.
 
 Several pictures of one scene: `compiled = CompiledScene(scene, settings)` once, then `trace_compiled(compiled)`, or of
-another camera `trace_compiled(compiled.seen_from(camera, settings))`.
+another camera `trace_compiled(compiled.seen_from(camera, settings))`. Of a scene that changes from frame to frame:
+`kept = Kept()` once, then `trace(scene, settings, mask, kept=kept)`.
 """
 
 from __future__ import annotations
 
 from .compiled import CompiledScene
+from .kept import Kept
 from .render import Cancelled, trace, trace_compiled
 
-__all__ = ["Cancelled", "CompiledScene", "trace", "trace_compiled"]
+__all__ = ["Cancelled", "CompiledScene", "Kept", "trace", "trace_compiled"]

@@ -11,7 +11,9 @@ embreex (4.4) has sharp edges, and all of them end here:
 
 from __future__ import annotations
 
+import copy
 from importlib.metadata import PackageNotFoundError, version
+from typing import Any
 
 import numpy as np
 from embreex import rtcore_scene
@@ -43,7 +45,7 @@ class TriangleScene:
 
     def __init__(self, vertices: Float32, triangles: Int32, ids: Int32 | None = None) -> None:
         self.size = len(triangles)
-        self._ids = ids
+        self._vertices, self._triangles, self._ids = vertices, triangles, ids
         if self.size == 0:
             return
         self._scene = rtcore_scene.EmbreeScene(robust=True)
@@ -53,6 +55,16 @@ class TriangleScene:
     def _commit(self) -> None:
         """Build the tree now: embreex builds it in the first query, which must not come from two threads at once."""
         self._scene.run(np.zeros((1, 3), np.float32), np.array([[0, 0, 1]], np.float32), query="OCCLUDED")
+
+    def holds(self, vertices: Float32, triangles: Int32) -> bool:
+        """Whether it was built from these very arrays, byte for byte."""
+        return same_bytes(self._triangles, triangles) and same_bytes(self._vertices, vertices)
+
+    def called(self, ids: Int32 | None) -> TriangleScene:
+        """The same tree with other primitive ids."""
+        other = copy.copy(self)
+        other._ids = ids
+        return other
 
     def intersect(self, origin: Float32, direction: Float32) -> Int32:
         """Primitive id of the nearest hit of each ray, MISS for none.
@@ -77,6 +89,15 @@ class TriangleScene:
             return np.zeros(n, bool)
         answer = self._scene.run(rows(origin), rows(direction), dists=t_max.copy(), query="OCCLUDED")
         return np.asarray(answer == 0)
+
+
+def same_bytes(a: NDArray[Any], b: NDArray[Any]) -> bool:
+    """Whether two arrays hold the same: NaN equals itself, 0 differs from -0."""
+    if a is b:
+        return True
+    if a.dtype != b.dtype or a.shape != b.shape:
+        return False
+    return np.array_equal(np.ascontiguousarray(a).view(np.uint8), np.ascontiguousarray(b).view(np.uint8))
 
 
 def rows(a: Array) -> Array:

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from ..scene import Camera, Scene, Settings
 from .backing import Backing
+from .kept import Kept
 from .lights import CompiledLight
 from .plan import Plan, prepare
 from .primitives import PrimitiveSet
+from .trees import divides
 
 
 class Blockers(NamedTuple):
@@ -33,9 +35,12 @@ class CompiledScene:
     backing : what raster-backed hits are looked up in, or None.
     """
 
-    def __init__(self, scene: Scene, settings: Settings) -> None:
+    def __init__(self, scene: Scene, settings: Settings, kept: Kept | None = None, pixels: int | None = None) -> None:
+        """kept: what an earlier frame has left, and what this one leaves. pixels: to be traced; None: all."""
         self.settings = settings
-        prepared = prepare(scene, settings)
+        self._kept = Kept(0) if kept is None or "unchanged" in settings.keep else kept
+        self._kept.begin(sum(len(scene.meshes[i.mesh].triangles) for i in scene.instances))
+        prepared = prepare(scene, settings, self._kept)
         self.camera = prepared.camera
         self.geometry, self.surfaces, self.world = prepared.geometry, prepared.surfaces, prepared.world
         self.media = prepared.media
@@ -43,10 +48,14 @@ class CompiledScene:
         if self.plan.ambient and any(s.layered for s in self.surfaces.surfaces):
             self.world.prepare_glossy()
         self.lights = prepared.lights if self.plan.diffuse or self.plan.specular else []
+        x0, y0, x1, y1 = self.camera.window
+        pixels = (x1 - x0) * (y1 - y0) if pixels is None else pixels
+        self._divided = divides(self.geometry, settings.samples, pixels)
         self._sets: dict[bytes, PrimitiveSet] = {}
         self._lock = threading.Lock()
         self._make_sets()
         self.backing = self._backing(scene) if self.plan.backing else None
+        self._note_kept()
 
     def _make_sets(self) -> None:
         g = self.geometry
@@ -89,8 +98,15 @@ class CompiledScene:
         """A primitive set, built once however many kinds of ray share it."""
         key = np.packbits(members).tobytes()
         if key not in self._sets:
-            self._sets[key] = PrimitiveSet(self.geometry, members)
+            self._sets[key] = PrimitiveSet(self.geometry, members, self._kept, self._divided)
         return self._sets[key]
+
+    def _note_kept(self) -> None:
+        """What of an earlier frame could be used."""
+        what = {"triangles made ready": self._kept.triangles, "triangles in search trees": self._kept.trees}
+        found = [{"what": w, "why": "unchanged since the last frame", "count": n} for w, n in what.items() if n]
+        self.plan.applies["unchanged"] = bool(found)
+        self.plan.skipped.extend(found)
 
     def seen_from(self, camera: Camera, settings: Settings) -> CompiledScene:
         """The same scene for another camera and other samples, depth or cutoff; `see` and `transparent` must agree."""

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..scene import RGB, Camera, Lens, Scene, Settings, Texture, World
 from .backing import backable
 from .geometry import Geometry, flatten
+from .kept import Kept
 from .lights import CompiledLight, compile_lights
 from .media import Media
 from .reach import bounds_of, can_reach
@@ -47,6 +48,7 @@ class Pruning:
 PRUNINGS = (
     Pruning("empty-mask", "exact", "tracing, and making the scene ready for it", "the mask is 0 everywhere"),
     Pruning("unmasked", "exact", "pixels", "the mask is 0 there"),
+    Pruning("unchanged", "exact if", "making ready, and search trees", "the last frame had the same, byte for byte"),
     Pruning("reflection", "exact if", "reflected rays", "all that rays reach mirrors nothing, and is opaque or IOR 1"),
     Pruning("refraction", "exact if", "refracted rays", "every surface that rays reach is opaque"),
     Pruning("weightless", "exact", "single reflected and refracted rays", "they carry nothing: R or T is 0 there"),
@@ -165,7 +167,7 @@ class Prepared:
     plan: Plan
 
 
-def prepare(scene: Scene, settings: Settings) -> Prepared:
+def prepare(scene: Scene, settings: Settings, kept: Kept | None = None) -> Prepared:
     """Compile a validated scene to tables and plan the work on it. Raises ValueError for a pruning that is none."""
     unknown = sorted(settings.keep - BY_NAME.keys())
     if unknown:
@@ -177,7 +179,7 @@ def prepare(scene: Scene, settings: Settings) -> Prepared:
     scene = _with_images(scene, notes)
     surfaces, world = compile_surfaces(scene.surfaces), CompiledWorld(scene.world)
     layouts = [layout(s) for s in surfaces.surfaces]
-    geometry, media = find_solids(scene, flatten(scene, layouts), surfaces)
+    geometry, media = find_solids(scene, flatten(scene, layouts, kept=kept), surfaces)
     if media.rows == 0 and not notes.spare("media", True, "no closed body transmits"):
         media = replace(media, rank=np.zeros(len(geometry.surface), np.int32), rows=1)
     why = "only closed bodies have an inside" if surfaces.absorbs.any() else "no closed body absorbs"

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64, Int32
-from .accel import TriangleScene
 from .constants import (
     BARYCENTRIC_SLACK,
     FLOAT32_ULP,
@@ -23,8 +22,10 @@ from .constants import (
     RETRACE_STEP,
 )
 from .geometry import Geometry
+from .kept import Kept
 from .shapes import plane_distance, sphere_distance
 from .tally import Tally
+from .trees import trees_over
 from .vectors import Array, largest_component
 
 Bools = NDArray[np.bool_]
@@ -52,17 +53,12 @@ class Hits:
 class PrimitiveSet:
     """The primitives `members` (np,) bool of a geometry, ready for queries."""
 
-    def __init__(self, geometry: Geometry, members: Bools) -> None:
+    def __init__(self, geometry: Geometry, members: Bools, kept: Kept | None = None, divided: bool = False) -> None:
+        """kept: where trees of earlier frames may be found. divided: what is likely to move has a tree of its own."""
         self.geometry = geometry
         nt, ns = geometry.triangle_count, geometry.sphere_count
-        chosen = np.flatnonzero(members[:nt]).astype(np.int32)
-        everything = len(chosen) == nt
-        self._triangles = TriangleScene(
-            geometry.vertices,
-            geometry.triangles if everything else geometry.triangles[chosen],
-            None if everything else chosen,
-        )
-        self.triangle_count = len(chosen)
+        self.triangle_count = int(np.count_nonzero(members[:nt]))
+        self._triangles = trees_over(geometry, members[:nt], Kept(0) if kept is None else kept, divided)
         self._spheres = np.flatnonzero(members[nt : nt + ns])
         self._planes = np.flatnonzero(members[nt + ns :]) + nt + ns
 

@@ -20,7 +20,9 @@ def bounds_of(geometry: Geometry, members: NDArray[np.bool_]) -> Bounds:
         return np.full(3, -np.inf), np.full(3, np.inf)
     balls = members[nt : nt + ns]
     center, radius = geometry.sphere_center[balls], geometry.sphere_radius[balls, None]
-    corners = geometry.vertices[geometry.triangles[members[:nt]]].reshape(-1, 3).astype(np.float64)
+    used = np.zeros(len(geometry.vertices), bool)
+    used[geometry.triangles[members[:nt]]] = True
+    corners = geometry.vertices[used].astype(np.float64)
     low, high = np.concatenate([corners, center - radius]), np.concatenate([corners, center + radius])
     return low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)
 

@@ -14,6 +14,7 @@ from .compiled import CompiledScene
 from .constants import FAILED_PIXEL, FILL_SAMPLES
 from .data import depth_and_normal
 from .film import fill_from_neighbours
+from .kept import Kept
 from .passes import Cancelled, Pass, Passes, Pixels, Progress
 from .photons import caustic
 from .schedule import END, Schedule, is_adaptive
@@ -37,6 +38,7 @@ def trace(
     mask: Float32 | None = None,
     progress: Progress | None = None,
     deadline: float = math.inf,
+    kept: Kept | None = None,
 ) -> Film:
     """Trace a scene over its camera's window.
 
@@ -44,6 +46,7 @@ def trace(
                object is in sight of it or of a neighbour. None: all pixels.
     progress : called on this thread with the fraction done, about every 0.1 s; returning False cancels.
     deadline : on time.perf_counter's clock; what is not traced by then is given up (`schedule`), and `skipped` says so.
+    kept     : of earlier frames; what has not changed since the last one is not made ready again.
 
     Raises ValueError for scenes that cannot be traced, Cancelled if progress says so.
     """
@@ -52,18 +55,22 @@ def trace(
         raise Cancelled("tracing was cancelled")
     building = Tally()
     with building.phase("build"):
-        compiled = _compiled(scene, settings, mask)
-    film = trace_compiled(compiled, mask, progress, deadline)
+        compiled = _compiled(scene, settings, mask, kept)
+    try:
+        film = trace_compiled(compiled, mask, progress, deadline)
+    finally:
+        if kept is not None:
+            kept.end()
     spent = {"wall": building.wall["build"], "cpu": building.cpu["build"]}
     film.time["build"] = spent
     film.time["total"] = {clock: film.time["total"][clock] + spent[clock] for clock in spent}
     return film
 
 
-def _compiled(scene: Scene, settings: Settings, mask: Float32 | None) -> CompiledScene:
+def _compiled(scene: Scene, settings: Settings, mask: Float32 | None, kept: Kept | None) -> CompiledScene:
     """The scene made ready; nothing of it for an empty mask, unless what is out of sight may cast shadows."""
     if mask is None or np.any(mask) or settings.raster_shadows or "empty-mask" in settings.keep:
-        return CompiledScene(scene, settings)
+        return CompiledScene(scene, settings, kept, None if mask is None else int(np.count_nonzero(mask)))
     compiled = CompiledScene(Scene(scene.camera), settings)
     compiled.plan.applies["empty-mask"] = True
     compiled.plan.skipped[:] = [{"what": "tracing", "why": "the mask is empty", "count": 1}]

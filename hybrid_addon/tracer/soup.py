@@ -27,7 +27,7 @@ class Soup:
     corner_data: Float32 | None  # (nt, 3 k)
     object: Int32
     surface: Int32
-    flags: Bools  # (4, nt) ray_traced, camera, shadow, secondary
+    flags: Bools  # (5, nt) ray_traced, camera, shadow, secondary, moves
     dropped: int
     split: int = 0  # triangles made by `subdivide`
 
@@ -53,7 +53,7 @@ def no_triangles() -> Soup:
     none = np.zeros(0, np.int32)
     return Soup(
         np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32), np.zeros((0, 4)), np.zeros(0, np.float32),
-        None, np.zeros(0, bool), None, none, none, np.zeros((4, 0), bool), 0,
+        None, np.zeros(0, bool), None, none, none, np.zeros((5, 0), bool), 0,
     )  # fmt: skip
 
 

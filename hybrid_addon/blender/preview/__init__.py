@@ -18,7 +18,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import engine, pipeline
+from .. import engine, keep, pipeline
 from ..errors import HybridError
 from .display import Display
 from .draw import Quad
@@ -51,6 +51,7 @@ _viewports: dict[int, _Viewport] = {}  # by the region's address
 _edits = 0  # changes of the scene so far
 _translated: tuple[int, str, Any] | None = None  # (edits, scene name, scene translated at that time)
 _compiled: tuple[Any, Any] | None = None  # (translated scene, the same ready to trace)
+_left: keep.Left | None = None  # for the next translation
 _handle: Any = None
 
 
@@ -115,6 +116,12 @@ def _forget(key: int) -> None:
 def _on_change(*_args: Any) -> None:
     global _edits
     _edits += 1
+
+
+def forget() -> None:
+    """Let go of what is kept of the scene for the next change of it."""
+    global _translated, _compiled, _left
+    _translated = _compiled = _left = None
 
 
 def setting_changed() -> None:
@@ -182,18 +189,22 @@ def _start(viewport: _Viewport) -> Job | None:
         return None
     compiled = _compiled[1] if _compiled is not None and _compiled[0] is translated else None
     settings = engine.preview_settings(scene)
-    return Job(translated, viewport.view, settings, Display.of(scene), scene.hybrid.preview_budget, compiled)
+    trees = None if _left is None else _left.trees
+    return Job(translated, viewport.view, settings, Display.of(scene), scene.hybrid.preview_budget, compiled, trees)
 
 
 def _translate(scene: bpy.types.Scene, view: View) -> Any:
-    from ..sync import translate
+    from ..sync import Kept, translate
 
-    global _translated
+    global _translated, _left
     if _translated is None or _translated[:2] != (_edits, scene.name):
         depsgraph = bpy.context.evaluated_depsgraph_get()
+        if _left is None or _left.scene != scene.name:
+            _left = keep.Left(scene.name, Kept(learns=True))
         translation = translate(
-            depsgraph, scene, (1, 1), (0, 0, 1, 1), light_falloff=scene.hybrid.light_falloff, camera=view.camera(1)
-        )
+            depsgraph, scene, (1, 1), (0, 0, 1, 1),
+            light_falloff=scene.hybrid.light_falloff, camera=view.camera(1), kept=_left.meshes,
+        )  # fmt: skip
         _translated = (_edits, scene.name, translation.scene)
     return _translated[2]
 
@@ -220,7 +231,7 @@ def register() -> None:
 
 def unregister() -> None:
     """Remove it, and stop all work."""
-    global _handle, _translated, _compiled
+    global _handle
     if _handle is None:
         return
     bpy.types.SpaceView3D.draw_handler_remove(_handle, "WINDOW")
@@ -233,4 +244,4 @@ def unregister() -> None:
     _viewports.clear()
     for job in jobs:
         job.join()
-    _translated = _compiled = None
+    forget()

@@ -15,7 +15,7 @@ from .display import Display
 from .view import Rect, View
 
 if TYPE_CHECKING:
-    from ...tracer import CompiledScene
+    from ...tracer import CompiledScene, Kept
 
 LEVELS = ((8, 1), (4, 1), (2, 1), (1, 1), (1, 4), (1, 16), (1, 64), (1, 256))
 """(region pixels across one traced pixel, samples): each four times the work of the one before."""
@@ -44,10 +44,11 @@ class Job:
         display: Display,
         budget: float,
         compiled: CompiledScene | None = None,
+        kept: Kept | None = None,
     ) -> None:
         self.scene, self.view, self.settings, self.display = scene, view, settings, display
         self.budget = budget
-        self.compiled = compiled
+        self.compiled, self._kept = compiled, kept
         self.problem = ""
         self.done = False
         self._pictures: deque[Picture] = deque(maxlen=1)
@@ -79,6 +80,8 @@ class Job:
         except (ValueError, MemoryError) as error:
             self.problem = str(error) or "not enough memory for the preview"
         finally:
+            if self._kept is not None:
+                self._kept.end()
             self.done = True
 
     def _refine(self) -> None:
@@ -87,7 +90,7 @@ class Job:
 
         if self.compiled is None:
             validate(self.scene, self.settings, None)
-            self.compiled = CompiledScene(self.scene, self.settings)
+            self.compiled = CompiledScene(self.scene, self.settings, self._kept, pixels=0)  # what moves is on its own
         self._deadline = time.perf_counter() + self.budget
         for step, samples in LEVELS:
             if samples > max(1, self.settings.samples):

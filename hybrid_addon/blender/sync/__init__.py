@@ -5,6 +5,7 @@
     mesh.py                         evaluated meshes -> arrays
     material.py shaders.py volume.py    node trees and Custom settings -> Surface
     texture.py image.py             image nodes -> Texture, image files -> pixels
+    kept.py motion.py               what one frame leaves for the next; what is likely to change until then
     nodes.py                        walking back through node links
     settings.py messages.py         the artist's settings; what he is told
 
@@ -21,13 +22,14 @@ from ...scene import Camera, Scene
 from ..flags import Flags
 from .camera import Size, Window, translate_camera
 from .image import Images
+from .kept import Kept
 from .light import Falloff, LightContext
 from .material import Surfaces
 from .messages import UnsupportedError, Warnings
 from .objects import Objects
 from .world import translate_world
 
-__all__ = ["Translation", "UnsupportedError", "Warnings", "translate"]
+__all__ = ["Kept", "Translation", "UnsupportedError", "Warnings", "translate"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +54,7 @@ def translate(
     light_falloff: Falloff = "EEVEE",
     camera: Camera | None = None,
     warn: Warnings | None = None,
+    kept: Kept | None = None,
 ) -> Translation:
     """Everything that one frame needs, copied out of Blender.
 
@@ -61,16 +64,20 @@ def translate(
     window      : (x0, y0, x1, y1), half open, the part of the frame to render.
     light_falloff : "EEVEE" ends lights where EEVEE does, "PHYSICAL" never.
     camera      : seen by this one instead of the scene's; then resolution and window are its own.
+    kept        : of earlier frames; meshes that are as they were are the same objects as in the last one.
 
     Raises UnsupportedError, before anything costly, if there is no camera or one that cannot be traced.
     """
     warn = Warnings() if warn is None else warn
     camera = camera or translate_camera(b_depsgraph, b_scene, resolution, window, warn)
-    images = Images(warn)
+    kept = Kept() if kept is None else kept
+    kept.begin()
+    images = Images(warn, kept)
     world = translate_world(b_depsgraph, b_scene, images, warn)
     surfaces = Surfaces(images, warn)
-    objects = Objects(surfaces, LightContext(light_falloff, b_scene.eevee.light_threshold), Flags(b_scene), warn)
+    objects = Objects(surfaces, LightContext(light_falloff, b_scene.eevee.light_threshold), Flags(b_scene), warn, kept)
     objects.add_all(b_depsgraph)
+    kept.end()
     scene = Scene(
         camera=camera,
         meshes=tuple(objects.meshes),

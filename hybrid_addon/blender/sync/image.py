@@ -15,6 +15,7 @@ import bpy
 import numpy as np
 
 from ...scene import Float32
+from .kept import Kept
 from .messages import Warnings
 
 MISSING_COLOR = (1.0, 0.0, 1.0, 1.0)  # the pink that Blender shows for a missing image
@@ -26,8 +27,9 @@ SRGB_WORKING_SPACES = ("Linear Rec.709", "scene_linear")  # those to which the s
 class Images:
     """Reads each image once. `None` in the cache stands for one that is missing."""
 
-    def __init__(self, warn: Warnings) -> None:
+    def __init__(self, warn: Warnings, kept: Kept | None = None) -> None:
         self._warn = warn
+        self._kept = Kept() if kept is None else kept
         self._pixels: dict[tuple[str, str], Float32] = {}
 
     def pixels(self, b_image: bpy.types.Image, b_image_user: bpy.types.ImageUser | None = None) -> Float32:
@@ -42,9 +44,13 @@ class Images:
         if b_image.source in ("MOVIE", "TILED"):
             what = "only the current frame" if b_image.source == "MOVIE" else "only the first tile"
             self._warn.add(f"image {b_image.name!r}: {what} of it is used")
-        raw = None if _lives_in_blender(b_image) else _read_file(path)
-        if raw is not None:
-            return self._finished(b_image, raw, premultiplied=b_image.alpha_mode == "PREMUL", encoded=True)
+        if not _lives_in_blender(b_image) and os.path.isfile(path):
+            state = _state_of(b_image, path)
+            pixels = self._kept.image(state)
+            if pixels is None:
+                pixels = self._from_file(b_image, path, state)
+            if pixels is not None:
+                return pixels
         raw = _read_blender_pixels(b_image)
         if raw is not None:
             return self._finished(
@@ -52,6 +58,16 @@ class Images:
             )
         self._warn.add(f"image {b_image.name!r}: cannot read {path or 'it'}; it is drawn pink")
         return np.full((1, 1, 4), MISSING_COLOR, np.float32)
+
+    def _from_file(self, b_image: bpy.types.Image, path: str, state: tuple[object, ...]) -> Float32 | None:
+        """Its pixels, kept for the next frame unless there is something to be said of them each time."""
+        raw, said = _read_file(path), len(tuple(self._warn))
+        if raw is None:
+            return None
+        pixels = self._finished(b_image, raw, premultiplied=b_image.alpha_mode == "PREMUL", encoded=True)
+        if len(tuple(self._warn)) == said:
+            self._kept.keep_image(state, pixels)
+        return pixels
 
     def _finished(self, b_image: bpy.types.Image, raw: Float32, *, premultiplied: bool, encoded: bool) -> Float32:
         """`raw` (h, w, channels) with four channels, straight alpha and linear colour."""
@@ -92,6 +108,22 @@ def _file_of(b_image: bpy.types.Image, b_image_user: bpy.types.ImageUser | None)
     if b_image.source == "SEQUENCE" and b_image_user:
         return frame_path(path, b_image_user.frame_current)
     return path
+
+
+def _state_of(b_image: bpy.types.Image, path: str) -> tuple[object, ...]:
+    """All that the pixels of an image file depend on."""
+    status = os.stat(path)
+    colors = b_image.colorspace_settings
+    file = (path, status.st_mtime_ns, status.st_size, status.st_ino)
+    return (
+        b_image.name_full,
+        *file,
+        b_image.alpha_mode,
+        colors.name,
+        colors.is_data,
+        b_image.is_float,
+        working_space(),
+    )
 
 
 def frame_path(path: str, frame: int) -> str:

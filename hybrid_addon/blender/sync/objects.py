@@ -15,11 +15,13 @@ import numpy as np
 from ...expressions import reads
 from ...scene import Float64, Instance, Light, TriangleMesh, Visibility
 from ..flags import Flags
+from .kept import Kept
 from .light import LightContext, translate_light
 from .linking import Links, linked, links_of
 from .material import Surfaces
 from .mesh import translate_mesh
 from .messages import Warnings
+from .motion import moves
 from .settings import ObjectSettings, instance_settings
 
 VISIBLE_BUT_NOT_TRACED = {
@@ -35,8 +37,12 @@ MeshKey = tuple[int, frozenset[str]]
 class Objects:
     """Fills meshes, instances and lights from the depsgraph's instances, one after the other."""
 
-    def __init__(self, surfaces: Surfaces, light_context: LightContext, flags: Flags, warn: Warnings) -> None:
+    def __init__(
+        self, surfaces: Surfaces, light_context: LightContext, flags: Flags, warn: Warnings, kept: Kept
+    ) -> None:
         self._surfaces = surfaces
+        self._kept = kept
+        self._moves: dict[str, bool] = {}  # by the object's full name
         self._light_context = light_context
         self._flags = flags
         self._warn = warn
@@ -94,8 +100,19 @@ class Objects:
                 surfaces=surfaces,
                 ray_traced=settings.ray_traced,
                 visibility=_visibility(b_object),
+                moves=self._is_likely_to_move(b_instance, mesh),
             )
         )
+
+    def _is_likely_to_move(self, b_instance: bpy.types.DepsgraphObjectInstance, mesh: int) -> bool:
+        b_object = b_instance.object
+        for b_owner in filter(None, (b_object, b_instance.parent)):
+            name = b_owner.original.name_full
+            if name not in self._moves:
+                self._moves[name] = moves(b_owner)
+            if self._moves[name]:
+                return True
+        return self._kept.has_moved(b_object.original.name_full, self.meshes[mesh], _matrix(b_instance))
 
     def _surfaces_of(self, b_object: bpy.types.Object, settings: ObjectSettings) -> tuple[int, ...]:
         """One for each material slot, and at least one. An evaluated object's slots include its mesh's own."""
@@ -116,11 +133,13 @@ class Objects:
         return frozenset(key for index in surfaces for key in reads(self._surfaces.surfaces[index]))
 
     def _translated(self, b_object: bpy.types.Object, keys: frozenset[str]) -> TriangleMesh | None:
-        if not b_object.data.is_editmode:
-            return translate_mesh(b_object.data, b_object.name, keys, self._warn)
-        mesh = translate_mesh(b_object.to_mesh(), b_object.name, keys, self._warn)
-        b_object.to_mesh_clear()
-        return mesh
+        """Translated, and the last frame's if that is the same."""
+        if b_object.data.is_editmode:
+            mesh = translate_mesh(b_object.to_mesh(), b_object.name, keys, self._warn)
+            b_object.to_mesh_clear()
+        else:
+            mesh = translate_mesh(b_object.data, b_object.name, keys, self._warn)
+        return None if mesh is None else self._kept.mesh((b_object.original.name_full, keys), mesh)
 
     # -------------------------------------------------------------------------------------------- warnings
 

@@ -1,0 +1,111 @@
+"""What one frame's translation leaves for the next.
+
+A final render builds a dependency graph of its own for every frame, in which everything counts as updated and lies at
+new addresses (only with Persistent Data does it tell what has changed). So a mesh is read again, which is a copy of its
+arrays, and compared with the last one, byte for byte: the same is the *same object*, by which the tracer knows that
+nothing has to be done about it. An image file is read again if its name, size, time or colour settings have changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from ...scene import Float32, Float64, TriangleMesh
+
+MAX_BYTES = 1 << 30
+"""What is kept of meshes, and of images, at most."""
+
+
+class Kept:
+    """Meshes and images of the last frame, and of the one in work.
+
+    meshes, images : of the frame in work, how many were the last frame's.
+    learns         : what has moved once is taken to move again; for a preview, whose search trees need not be the same
+                     after any order of edits.
+    """
+
+    def __init__(self, learns: bool = False) -> None:
+        self._learns = learns
+        self.forget()
+
+    def forget(self) -> None:
+        """Let go of everything."""
+        self.meshes = self.images = 0
+        self._meshes: tuple[dict[Hashable, TriangleMesh], dict[Hashable, TriangleMesh]] = ({}, {})
+        self._images: tuple[dict[Hashable, Float32], dict[Hashable, Float32]] = ({}, {})
+        self._room = [MAX_BYTES, MAX_BYTES]
+        self._places: dict[str, set[Hashable]] = {}
+        self._seen: dict[str, set[Hashable]] = {}
+        self._restless: set[str] = set()
+
+    def begin(self) -> None:
+        """A frame begins."""
+        self.meshes = self.images = 0
+        self._room = [MAX_BYTES, MAX_BYTES]
+        self._meshes, self._images = (self._meshes[1], {}), (self._images[1], {})
+
+    def end(self) -> None:
+        """It is translated: what it did not ask for goes."""
+        self._meshes, self._images = ({}, self._meshes[1]), ({}, self._images[1])
+        self._places, self._seen = self._seen, {}
+
+    def mesh(self, key: Hashable, new: TriangleMesh) -> TriangleMesh:
+        """The last frame's mesh of this key if it is the same as `new`, else `new`."""
+        old = self._meshes[0].get(key)
+        found = old if old is not None and same_mesh(old, new) else new
+        self.meshes += found is old
+        self._room[0] -= _size(found)
+        if self._room[0] >= 0:
+            self._meshes[1][key] = found
+        return found
+
+    def image(self, key: Hashable) -> Float32 | None:
+        """The last frame's pixels of this key, if it has left any."""
+        found = self._images[0].get(key)
+        if found is not None:
+            self.images += 1
+            self.keep_image(key, found)
+        return found
+
+    def keep_image(self, key: Hashable, pixels: Float32) -> None:
+        """Leave them for the next frame."""
+        self._room[1] -= pixels.nbytes
+        if self._room[1] >= 0:
+            self._images[1][key] = pixels
+
+    def has_moved(self, name: str, mesh: TriangleMesh, matrix: Float64) -> bool:
+        """Whether an object has been elsewhere, or of another shape, in any frame so far."""
+        if not self._learns:
+            return False
+        place = (mesh, matrix.tobytes())
+        self._seen.setdefault(name, set()).add(place)
+        if name in self._places and place not in self._places[name]:
+            self._restless.add(name)
+        return name in self._restless
+
+
+def _size(mesh: TriangleMesh) -> int:
+    arrays = [getattr(mesh, field.name) for field in fields(TriangleMesh)]
+    arrays += [array for part in arrays if isinstance(part, dict) for array in part.values()]
+    return sum(array.nbytes for array in arrays if isinstance(array, np.ndarray))
+
+
+def same_mesh(a: TriangleMesh, b: TriangleMesh) -> bool:
+    """Whether two meshes hold the same, byte for byte."""
+    return all(_same(getattr(a, field.name), getattr(b, field.name)) for field in fields(TriangleMesh))
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+        return a.dtype == b.dtype and a.shape == b.shape and np.array_equal(_bytes(a), _bytes(b))
+    if isinstance(a, dict) and isinstance(b, dict):
+        return a.keys() == b.keys() and all(_same(a[key], b[key]) for key in a)
+    return type(a) is type(b) and bool(a == b)
+
+
+def _bytes(a: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    return np.ascontiguousarray(a).reshape(-1).view(np.uint8)
