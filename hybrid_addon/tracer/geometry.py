@@ -92,7 +92,7 @@ def flatten(scene: Scene, layouts: Layouts, use_normals: bool = True, kept: Kept
     balls = np.array([(*np.subtract(b.center, center), b.radius) for b in spheres if b.ray_traced]).reshape(-1, 4)
     mesh = split_large_triangles(mesh, balls)
     analytic: list[Sphere | Plane] = [*scene.spheres, *scene.planes]
-    numbers = [number for number, thing in enumerate(analytic, len(scene.instances)) if _visible(thing)]
+    numbers = [number for number, thing in enumerate(analytic, len(scene.instances)) if visible(thing)]
     return _assemble(mesh, layouts, center, spheres, planes, numbers)
 
 
