@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..scene import Float32, Float64, Texture
+from .vectors import Array
 
 BLUR_ROUGHNESS = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
 """Steps even in roughness; between them it is interpolated."""
@@ -17,28 +18,31 @@ BLUR_ROWS = 64
 """Rows of the blurred images: 2.8 degrees each, the narrowest lobe is 7 wide."""
 
 
-def blurred(environment: Texture) -> list[Texture]:
-    """One equirectangular image for each of BLUR_ROUGHNESS."""
-    small = reduced(environment.pixels[..., :3], BLUR_ROWS)
-    return [
-        Texture(f"{environment.name}, roughness {roughness:g}", _lobe_sums(small, roughness))
-        for roughness in BLUR_ROUGHNESS
-    ]
+def levels(roughness: Array) -> Array:
+    """Where roughnesses (n,) lie among BLUR_ROUGHNESS, as numbers from 0 to the last."""
+    step = BLUR_ROUGHNESS[1] - BLUR_ROUGHNESS[0]
+    return np.clip((roughness - BLUR_ROUGHNESS[0]) / step, 0, len(BLUR_ROUGHNESS) - 1)
+
+
+def blurred(environment: Texture, low: float = 0.0, high: float = 1.0) -> dict[int, Texture]:
+    """One equirectangular image for each level that roughnesses from `low` to `high` lie between."""
+    small = reduced(environment.pixels, BLUR_ROWS)[..., :3]
+    first, last = levels(np.array([low, high]))
+    needed = range(min(int(first), len(BLUR_ROUGHNESS) - 2), min(int(last) + 2, len(BLUR_ROUGHNESS)))
+    return {i: Texture(f"{environment.name}, blurred", _lobe_sums(small, BLUR_ROUGHNESS[i])) for i in needed}
 
 
 def reduced(pixels: Float32, rows: int) -> Float64:
     """Means over the texels of an equirectangular image in (rows, 2 rows) fields, weighted by solid angle."""
     height, width = pixels.shape[:2]
-    edges = np.linspace(-np.pi / 2, np.pi / 2, height + 1)
-    area = np.diff(np.sin(edges))
-    tall = _overlaps(height, rows) * area
-    tall /= tall.sum(axis=1, keepdims=True)
-    wide = _overlaps(width, 2 * rows)
-    wide /= wide.sum(axis=1, keepdims=True)
-    result = np.zeros((rows, 2 * rows, pixels.shape[2]))
-    for c in range(pixels.shape[2]):
-        result[..., c] = tall @ pixels[..., c].astype(np.float64) @ wide.T
-    return result
+    area = np.diff(np.sin(np.linspace(-np.pi / 2, np.pi / 2, height + 1)))
+    tall, wide = _overlaps(height, rows) * area, _overlaps(width, 2 * rows)
+    result = np.empty((rows, width, pixels.shape[2]))
+    for row, weights in zip(result, tall / tall.sum(axis=1, keepdims=True), strict=True):
+        used = np.flatnonzero(weights)
+        band = slice(int(used[0]), int(used[-1]) + 1)
+        row[:] = np.tensordot(weights[band], pixels[band].astype(np.float64), 1)
+    return np.matmul(wide / wide.sum(axis=1, keepdims=True), result)
 
 
 def _overlaps(fine: int, coarse: int) -> Float64:

@@ -45,8 +45,8 @@ class CompiledScene:
         self.geometry, self.surfaces, self.world = prepared.geometry, prepared.surfaces, prepared.world
         self.media = prepared.media
         self.plan: Plan = prepared.plan
-        if self.plan.ambient and any(s.layered for s in self.surfaces.surfaces):
-            self.world.prepare_glossy()
+        if self.plan.ambient and self.surfaces.blurs.any():
+            self.world.prepare_glossy(*self.surfaces.blur_roughness)
         self.lights = prepared.lights if self.plan.diffuse or self.plan.specular else []
         x0, y0, x1, y1 = self.camera.window
         pixels = (x1 - x0) * (y1 - y0) if pixels is None else pixels

@@ -52,6 +52,7 @@ class SurfaceTable:
     blurs: Bools  # (s,) and may show the world blurred
     tabulated: Tabulated  # what of them the cosine tells
     surfaces: tuple[Surface, ...]
+    blur_roughness: tuple[float, float]  # of reflections that show the world blurred
 
     @property
     def shades_locally(self) -> Bools:
@@ -115,14 +116,23 @@ def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
     through = [any(isinstance(getattr(s, name), Expression) for name in THROUGH) for s in surfaces]
     expressive = np.array([any(True for _ in expressions_of(s)) for s in surfaces])
     tabulated = Tabulated(surfaces)
+    blurs = layered & tabulated.blurs
     table = SurfaceTable(
         Columns(plain_columns(high, len(surfaces))), high["ior"][0], **_flags(low, high),
         varies=layered | expressive, expressive=expressive,
-        varies_through=layered | through, layered=layered, blurs=layered & tabulated.blurs, tabulated=tabulated,
-        surfaces=surfaces,
+        varies_through=layered | through, layered=layered, blurs=blurs, tabulated=tabulated,
+        surfaces=surfaces, blur_roughness=_blur_roughness(low, high, blurs),
     )  # fmt: skip
     table = _with_layers(table, low, high, layered) if layered.any() else table
     return replace(table, shadow_clear=table.shadow_clear & ~table.absorbs)
+
+
+def _blur_roughness(low: Fields, high: Fields, blurs: Bools) -> tuple[float, float]:
+    """From the smoothest to the roughest reflection that shows the world blurred."""
+    coated = high["coat"][0] > 0
+    lowest = np.minimum(low["roughness"][0], np.where(coated, low["coat_roughness"][0], 1))[blurs]
+    highest = np.maximum(high["roughness"][0], np.where(coated, high["coat_roughness"][0], 0))[blurs]
+    return float(np.min(lowest, initial=1.0)), float(np.max(highest, initial=0.0))
 
 
 def _bounds(surfaces: Sequence[Surface], varying: float) -> dict[str, Float64]:

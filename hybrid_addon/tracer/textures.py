@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Float32, Float64, Texture
+from ..scene import Float32, Texture
 from .constants import MAX_TEXTURE_COORDINATE
 from .vectors import Array
 
@@ -21,39 +21,38 @@ def sample_texture(texture: Texture, u: Array, v: Array) -> Float32:
 
 
 def sample_equirect(texture: Texture, direction: Array) -> Float32:
-    """Colours (3, n) of an environment image in directions (3, n), any length.
-
-    u = 0.5 - atan2(y, x) / 2 pi, v = 0.5 + atan2(z, hypot(x, y)) / pi (gpu_shader_material_tex_environment.glsl).
-    """
-    x, y, z = (direction[i].astype(np.float64) for i in range(3))
-    u = 0.5 - np.arctan2(y, x) * (0.5 / np.pi)
-    v = 0.5 + np.arctan2(z, np.sqrt(x * x + y * y)) * (1 / np.pi)
+    """Colours (3, n) of an environment image in directions (3, n), any length."""
+    u, v = equirect_coordinates(direction)
     return lookup(texture.pixels, u, v, "REPEAT", "EXTEND", texture.interpolation == "CLOSEST")[:3]
 
 
-def lookup(pixels: Float32, u: Float64, v: Float64, extend_u: str, extend_v: str, closest: bool = False) -> Float32:
+def equirect_coordinates(direction: Array) -> tuple[Float32, Float32]:
+    """u, v (n,) of directions (3, n), in float32 as in EEVEE: 1/2000 of a texel of an image 8192 wide.
+
+    u = 0.5 - atan2(y, x) / 2 pi, v = 0.5 + atan2(z, hypot(x, y)) / pi (gpu_shader_material_tex_environment.glsl).
+    """
+    x, y, z = direction.astype(np.float32, copy=False)
+    u = np.float32(0.5) - np.arctan2(y, x) * np.float32(0.5 / np.pi)
+    return u, np.float32(0.5) + np.arctan2(z, np.sqrt(x * x + y * y)) * np.float32(1 / np.pi)
+
+
+def lookup(pixels: Float32, u: Array, v: Array, extend_u: str, extend_v: str, closest: bool = False) -> Float32:
     """RGBA (4, n) of pixels (height, width, 4), row 0 at the bottom, at u, v (n,) in 0..1; centres at (i + .5)."""
     height, width = pixels.shape[:2]
     flat = pixels.reshape(-1, 4)
     inside = (np.abs(u) < MAX_TEXTURE_COORDINATE) & (np.abs(v) < MAX_TEXTURE_COORDINATE)  # False for NaN
-    x, y = np.where(inside, u, 0.0) * width, np.where(inside, v, 0.0) * height
+    x, y = np.where(inside, u, u.dtype.type(0)) * width, np.where(inside, v, v.dtype.type(0)) * height
     if closest:
-        ix, jy = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
-        return _texel(flat, ix, jy, width, height, extend_u, extend_v)
-    x, y = x - 0.5, y - 0.5
+        left, bottom = (np.floor(a).astype(np.int64) for a in (x, y))
+        return _texel(flat, _wrap(left, width, extend_u), _wrap(bottom, height, extend_v), width)
+    x, y = x - x.dtype.type(0.5), y - y.dtype.type(0.5)
     fx, fy = np.floor(x), np.floor(y)
     ix, jy = fx.astype(np.int64), fy.astype(np.int64)
     ax, ay = (x - fx).astype(np.float32), (y - fy).astype(np.float32)
-    low = _mix(
-        _texel(flat, ix, jy, width, height, extend_u, extend_v),
-        _texel(flat, ix + 1, jy, width, height, extend_u, extend_v),
-        ax,
-    )
-    high = _mix(
-        _texel(flat, ix, jy + 1, width, height, extend_u, extend_v),
-        _texel(flat, ix + 1, jy + 1, width, height, extend_u, extend_v),
-        ax,
-    )
+    left, right = _wrap(ix, width, extend_u), _wrap(ix + 1, width, extend_u)
+    bottom, top = _wrap(jy, height, extend_v), _wrap(jy + 1, height, extend_v)
+    low = _mix(_texel(flat, left, bottom, width), _texel(flat, right, bottom, width), ax)
+    high = _mix(_texel(flat, left, top, width), _texel(flat, right, top, width), ax)
     return _mix(low, high, ay)
 
 
@@ -61,22 +60,27 @@ def _mix(a: Float32, b: Float32, t: Float32) -> Float32:
     return a * (1 - t) + b * t
 
 
-def _texel(flat: Float32, i: Indices, j: Indices, width: int, height: int, extend_u: str, extend_v: str) -> Float32:
-    """Texels (4, n); outside of a CLIP image they are 0."""
-    i, in_u = _wrap(i, width, extend_u)
-    j, in_v = _wrap(j, height, extend_v)
-    color = np.ascontiguousarray(flat.take(j * width + i, axis=0).T)
-    if "CLIP" in (extend_u, extend_v):
-        color[:, ~(in_u & in_v)] = 0
+def _texel(flat: Float32, i: Indices, j: Indices, width: int) -> Float32:
+    """Texels (4, n); 0 outside, where a number is negative."""
+    outside = np.flatnonzero((i < 0) | (j < 0))
+    color = np.ascontiguousarray(flat.take(j * width + i, axis=0, mode="wrap").T)
+    if len(outside):
+        color[:, outside] = 0
     return color
 
 
-def _wrap(i: Indices, size: int, extension: str) -> tuple[Indices, NDArray[np.bool_]]:
-    """Texel numbers brought into 0 .. size - 1, and whether they were there."""
-    inside = (i >= 0) & (i < size)
+def _wrap(i: Indices, size: int, extension: str) -> Indices:
+    """Texel numbers brought into 0 .. size - 1; -1 outside of a CLIP image."""
+    outside = np.flatnonzero((i < 0) | (i >= size))
+    if len(outside) == 0:
+        return i
+    i, strays = i.copy(), i[outside]
     if extension == "REPEAT":
-        return i % size, inside
-    if extension == "MIRROR":
-        i = i % (2 * size)
-        return np.where(i < size, i, 2 * size - 1 - i), inside
-    return np.clip(i, 0, size - 1), inside
+        strays %= size
+    elif extension == "MIRROR":
+        strays %= 2 * size
+        strays = np.where(strays < size, strays, 2 * size - 1 - strays)
+    else:
+        strays = np.full_like(strays, -1) if extension == "CLIP" else np.clip(strays, 0, size - 1)
+    i[outside] = strays
+    return i

@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..scene import Float32, Float64, Texture, World
-from .blur import BLUR_ROUGHNESS, blurred
-from .textures import sample_equirect
-from .vectors import Array, matrix_times
+from .blur import BLUR_ROUGHNESS, blurred, levels
+from .textures import equirect_coordinates, lookup, sample_equirect
+from .vectors import Array, matrix_times, select, take
+
+BAND = 64
+"""Rows of an image that are worked on at once: they stay in a core's cache."""
 
 
 class CompiledWorld:
@@ -24,7 +27,7 @@ class CompiledWorld:
         self.has_environment = world.environment is not None and not self.is_black
         self._constant = np.array(world.radiance, np.float64)[:, None]
         self._linear: Float64 | None = None
-        self._blurred: list[Texture] | None = None
+        self._blurred: dict[int, Texture] | None = None
         if self.has_environment:
             self._project()
 
@@ -38,23 +41,22 @@ class CompiledWorld:
         """Radiance (3, n) from around directions (3, n), as a lobe of that roughness (n,) sees it."""
         if self._blurred is None:
             return self._radiance
-        d = matrix_times(self._rotation, direction)
-        levels = np.clip(
-            (roughness - BLUR_ROUGHNESS[0]) / (BLUR_ROUGHNESS[1] - BLUR_ROUGHNESS[0]), 0, len(self._blurred) - 1
-        )
-        lower = np.minimum(levels.astype(np.intp), len(self._blurred) - 2)
+        u, v = equirect_coordinates(matrix_times(self._rotation, direction))
+        level = levels(roughness)
+        lower = np.minimum(level.astype(np.intp), len(BLUR_ROUGHNESS) - 2)
         result = np.zeros(direction.shape, np.float32)
-        for i in np.unique(lower).tolist():
-            here = np.flatnonzero(lower == i)
-            t = (levels[here] - i).astype(np.float32)
+        for i in np.flatnonzero(np.bincount(lower)).tolist():
+            here = select(lower == i)
+            t = (take(level, here) - i).astype(np.float32)
             for image, weight in ((self._blurred[i], 1 - t), (self._blurred[i + 1], t)):
-                result[:, here] += weight * sample_equirect(image, d[:, here])
+                found = lookup(image.pixels, take(u, here), take(v, here), "REPEAT", "EXTEND")
+                result[:, here] += weight * found[:3]
         return self._radiance * result
 
-    def prepare_glossy(self) -> None:
-        """Blur the environment for `glossy`."""
-        if self._environment is not None and self.has_environment and self._blurred is None:
-            self._blurred = blurred(self._environment)
+    def prepare_glossy(self, low: float, high: float) -> None:
+        """Blur the environment for `glossy` of roughnesses from `low` to `high`."""
+        if self._environment is not None and self.has_environment:
+            self._blurred = blurred(self._environment, low, high)
 
     def irradiance_over_pi(self, normal: Float32) -> Float32:
         """E / pi, (3, n) or (3, 1), on surfaces of normal (3, n): what a white diffuse surface sends on."""
@@ -72,13 +74,15 @@ class CompiledWorld:
         With the mean radiance m = 1/4pi int L and the mean vector v = 1/4pi int L w dw this is m + 2 v.n.
         """
         assert self._environment is not None
-        pixels = self._environment.pixels[:, :, :3].astype(np.float64)
+        pixels = self._environment.pixels
         height, width = pixels.shape[:2]
         edges = np.linspace(-np.pi / 2, np.pi / 2, height + 1)
         latitude, longitude = (edges[:-1] + edges[1:]) / 2, -2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
         share = np.diff(np.sin(edges)) / 2 / width  # of the sphere, for each texel of a row
-        horizontal = (pixels * np.stack([np.cos(longitude), np.sin(longitude)])[:, None, :, None]).sum(2)  # (2, h, 3)
-        rows = pixels.sum(1)  # (h, 3)
+        basis = np.stack([np.ones(width), np.cos(longitude), np.sin(longitude)])
+        bands = (pixels[i : i + BAND].astype(np.float64) for i in range(0, height, BAND))
+        sums = np.concatenate([np.matmul(basis, band) for band in bands])[..., :3]  # (h, 3, rgb)
+        rows, horizontal = sums[:, 0], (sums[:, 1], sums[:, 2])
         vector: Array = np.stack(
             [
                 ((share * np.cos(latitude))[:, None] * horizontal[0]).sum(0),
