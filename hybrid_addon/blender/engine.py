@@ -169,7 +169,7 @@ def tracer_settings(scene: bpy.types.Scene) -> Settings:
         raster_shadows=pipeline.traces_shadows(scene),
         caustics=scene.hybrid.caustics if scene.hybrid.traced_shadows else "NONE",
         photons=scene.hybrid.photons,
-        passes=frozenset(name.lower() for name in scene.hybrid.passes) - {"shadow"},
+        passes=frozenset(name.lower() for name in scene.hybrid.passes) - {"shadow", "residual"},
         filter_radius=scene.render.filter_size,
         see="ALL" if scene.hybrid.mode == "FULL" else "FLAGGED",
         transparent=scene.render.film_transparent,
@@ -301,9 +301,14 @@ def _deliver(target: bpy.types.RenderResult, frame: results.Frame, film: Film) -
     # Not `rect = pixels`: that makes a Python number of each, 190 times slower.
     passes["Combined"].rect.foreach_set(frame.traced.ravel())
     passes["Mask"].rect.foreach_set(frame.mask.ravel())
-    passes["Residual"].rect.foreach_set((film.residual * frame.mask).ravel())
+    passes["Residual"].rect.foreach_set(residual(film, frame.mask).ravel())
     for name, pixels in frame.passes.items():
         passes[pass_name(name)].rect.foreach_set(pixels.ravel())
+
+
+def residual(film: Film, mask: Float32) -> Float32:
+    """(h, w) throughput that was cut off, of the traced layer."""
+    return film.residual * mask
 
 
 def data_passes(scene: bpy.types.Scene, film: Film, mask: Float32) -> dict[str, Float32]:
@@ -311,6 +316,8 @@ def data_passes(scene: bpy.types.Scene, film: Film, mask: Float32) -> dict[str, 
     found = dict(film.passes)
     for name in found.keys() & LIGHT_PASSES:
         found[name] = found[name] * (mask if found[name].ndim == 2 else mask[..., None])
+    if "RESIDUAL" in scene.hybrid.passes:
+        found["residual"] = residual(film, mask)
     if "SHADOW" in scene.hybrid.passes:
         found["shadow"] = np.ones((*mask.shape, 3), np.float32) if film.shadow is None else film.shadow
     return found

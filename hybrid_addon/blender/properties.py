@@ -279,6 +279,7 @@ class HybridSceneSettings(PropertyGroup):
             ("REFLECTION", "Reflection", "Light that the first surface mirrors", 16),
             ("REFRACTION", "Refraction", "Light that comes through the first surface", 32),
             ("RASTER_BACKED", "Raster-Backed", "Share of the way of the light that ends at EEVEE's own pixels", 64),
+            ("RESIDUAL", "Residual", "Light that was cut off, as a share; the node has it in any case", 128),
         ),
         options={"ANIMATABLE", "ENUM_FLAG"},
         default=set(),

@@ -124,10 +124,10 @@ def test_every_camera_and_frame_in_order(blend, tmp_path, capfd):
 
 
 def test_the_data_passes_stand_beside_the_layers(blend, tmp_path, capfd):
-    bpy.data.scenes["First"].hybrid.passes = {"DEPTH", "REFLECTION"}
+    bpy.data.scenes["First"].hybrid.passes = {"DEPTH", "REFLECTION", "RESIDUAL"}
     bpy.ops.wm.save_mainfile()
     run(capfd, render(blend, tmp_path / "o.exr", "--passes", tmp_path / "p"))
-    layers = ["depth.exr", "mask.exr", "raster.exr", "reflection.exr", "traced.exr"]
+    layers = ["depth.exr", "mask.exr", "raster.exr", "reflection.exr", "residual.exr", "traced.exr"]
     assert names(tmp_path / "p") == layers
     depth, mask, reflection = (read(tmp_path / "p" / f"{name}.exr") for name in ("depth", "mask", "reflection"))
     seen = mask[..., 0] == 1
