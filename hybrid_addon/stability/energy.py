@@ -119,6 +119,22 @@ def _() -> Measured:
 
 @THEME.case(
     19,
+    "half-mirrors",
+    "four panes of glass that mirror 30 %, 16 bounces: 2^16 ways through, none of them small",
+    "radiance + residual = 1; of no sample more than 1024 rays at once",
+    1e-6,
+)
+def _() -> Measured:
+    panes = ((build.box((-3, k / 2, -3), (3, k / 2 + 0.1, 3)), build.glass(1.5, reflectivity=0.3)) for k in range(4))
+    lens = build.camera((0.5, -6, 1), (0, 0, 0), (0, 0, 1), (8, 8), 0.3)
+    film = build.shoot(build.make_scene(*panes, camera=lens, world=build.WHITE_WORLD), max_depth=16, cutoff=1 / 255)
+    rays = film.rays["reflected"] + film.rays["refracted"]
+    error = largest(film.radiance + film.residual[..., None], 1)
+    return Measured(error if rays <= 64 * 16 * 1024 else np.nan, f"{rays} rays, residual {float(np.max(film.residual)):.2f}")
+
+
+@THEME.case(
+    19,
     "shadow-rays-cut-short",
     "a floor lit through 70 tinted sheets: more than a shadow ray crosses",
     "|error| <= residual x L_max in every pixel, and a residual there alone",

@@ -25,6 +25,15 @@ EMBREE_LIMIT = 1.0e18
 MAX_STRAIGHT_PASSES = 256
 """A ray goes unbent through at most so many index-matched (IOR 1) surfaces; the rest goes to the residual."""
 
+MAX_BRANCHES = 1 << 10
+"""Of one sample at most so many rays are followed at once, the heaviest.
+
+Between half mirrors each hit splits evenly: no share of the light is small, and 32 bounces would be 2^32 rays.
+"""
+
+LONGEST_WAVE = 1 << 17
+"""A wave of more rays is followed in parts, some pixels after the others: 20 MB each."""
+
 BUDGET_BITS = 40
 BUDGET_UNIT = 2.0**-BUDGET_BITS
 """The cutoff's budget is counted in whole units of this share of a sample: sums of integers are exact in any order."""

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .compiled import CompiledScene
-from .constants import MAX_STRAIGHT_PASSES
+from .constants import MAX_BRANCHES, MAX_STRAIGHT_PASSES
 from .interaction import Interaction
 from .rays import NO_BRANCH, REFLECTION, REFRACTION, Rays
 from .scattering import both_faces, fresnel_dielectric, keep_outside, reflect, refract
 from .signature import REFLECTED, TRANSMITTED, child_path
-from .sums import Sums
+from .sums import Sums, crowded
 from .tally import Tally
 from .vectors import Index, count, dot, largest_component, normalize, select, take
 
@@ -100,15 +100,15 @@ def _cosine(wo: Float32, n: Float32) -> Float64:
 def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally: Tally) -> tuple[Bools, Bools]:
     """Which reflected and which transmitted rays go on: those with a weight, within depth, worth their work.
 
-    What the depth or the cutoff ends is residual. Camera rays that pass straight through are never cut: the film's
-    alpha counts them.
+    What the depth or the cutoff ends, or what is one of too many, is residual. Camera rays that pass straight through
+    are never cut: the film's alpha counts them.
     """
     may_bounce = rays.depth < scene.settings.max_depth
     may_pass = np.where(split.bends, may_bounce, rays.passes < MAX_STRAIGHT_PASSES)
     weightless = scene.plan.weightless
     reflects = _within(rays, split.reflected, may_bounce, sums, weightless)
     transmits = _within(rays, split.transmitted, may_pass, sums, weightless)
-    if sums.spent is None:
+    if sums.spent is None and np.count_nonzero(reflects) + np.count_nonzero(transmits) <= MAX_BRANCHES:
         return reflects, transmits
     weight = np.concatenate(
         [
@@ -116,12 +116,19 @@ def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally:
             largest_component(split.transmitted) * (transmits & (split.bends | ~rays.camera)),
         ]
     )
-    cut = sums.cuttable(np.concatenate([rays.sample, rays.sample]), weight).reshape(2, -1)
-    for throughput, ended in zip((split.reflected, split.transmitted), cut, strict=True):
-        lost = np.flatnonzero(ended)
-        sums.add_residual(rays.sample[lost], throughput.take(lost, axis=1))
-        tally.add("cut", len(lost))
-    return reflects & ~cut[0], transmits & ~cut[1]
+    sample = np.concatenate([rays.sample, rays.sample])
+    for name, choose in (("cut", sums.cuttable), ("crowded", crowded)):
+        ended = choose(sample, weight)
+        if ended.any():
+            weight[ended] = 0
+            for throughput, follows, lost in zip(
+                (split.reflected, split.transmitted), (reflects, transmits), ended.reshape(2, -1), strict=True
+            ):
+                index = np.flatnonzero(lost)
+                sums.add_residual(rays.sample[index], throughput.take(index, axis=1))
+                follows &= ~lost
+                tally.add(name, len(index))
+    return reflects, transmits
 
 
 def _within(rays: Rays, weight: Float32, limit: Bools, sums: Sums, weightless: bool) -> Bools:

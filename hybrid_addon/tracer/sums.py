@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64, Settings
-from .constants import BUDGET_BITS, BUDGET_UNIT, FAINT_LIGHT, LIGHT_BUDGET
+from .constants import BUDGET_BITS, BUDGET_UNIT, FAINT_LIGHT, LIGHT_BUDGET, MAX_BRANCHES
 from .rays import REFLECTION, REFRACTION
 from .signature import Signatures
 from .vectors import largest_component
@@ -170,6 +170,23 @@ class Sums:
         if self.count == self.groups:
             return sample
         return (sample if self.groups == 1 else sample * self.groups) // self.count
+
+
+def crowded(sample: Numbers, weight: Float32) -> NDArray[np.bool_]:
+    """Which branches of weight (n,) of samples (n,) are one too many: all but the MAX_BRANCHES heaviest of a sample."""
+    result = np.zeros(len(weight), bool)
+    if len(weight) <= MAX_BRANCHES:
+        return result
+    there = np.flatnonzero(weight > 0)
+    owner = sample[there]
+    there = there[(np.bincount(owner) > MAX_BRANCHES)[owner]]
+    if len(there) == 0:
+        return result
+    there = there[np.lexsort((-weight[there], sample[there]))]
+    starts = np.flatnonzero(np.diff(sample[there], prepend=-1))
+    rank = np.arange(len(there)) - np.repeat(starts, np.diff(starts, append=len(there)))
+    result[there[rank >= MAX_BRANCHES]] = True
+    return result
 
 
 def _argsort(owner: Numbers, cost: NDArray[np.int64]) -> Numbers:

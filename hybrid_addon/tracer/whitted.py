@@ -12,7 +12,7 @@ from ..scene import Float32
 from .accel import traceable
 from .backing import Backing
 from .compiled import CompiledScene
-from .constants import MISS
+from .constants import LONGEST_WAVE, MISS
 from .interaction import Interaction, interact
 from .primitives import Hits, PrimitiveSet
 from .rays import Rays, concatenate
@@ -43,11 +43,11 @@ def trace_rays(
     first_seen : what camera rays can hit first.   check : called once a wave; raises to stop.   watch : see `Watch`.
     sampler    : of the chunk; None: lights are seen from their centres, so shadows are hard.
     """
-    first, wave = True, 0
-    while len(rays):
+    first, waves = True, [(0, rays)]
+    while waves:
+        wave, rays = waves.pop()
         check()
         sums.begin_wave(wave, scene.settings.max_depth)
-        wave += 1
         # Keep rays that Embree can digest; what a lost one could have brought is part of the error bound.
         rays = _drop_untraceable(rays, sums, tally)
 
@@ -74,7 +74,7 @@ def trace_rays(
         if count(chosen, len(rays)) == 0:
             if watch is not None:
                 watch(rays, hits, chosen, None, rays.take(chosen))
-            return
+            continue
         rays_hit = rays.take(chosen)
         at = interact(scene.geometry, scene.surfaces, hits, rays, chosen)
         at = resolve(scene.geometry, at, take(hits.t, chosen))
@@ -91,7 +91,23 @@ def trace_rays(
         children = concatenate(spawn(scene, rays_hit, at, take(hits.t, chosen), sums, tally))
         if watch is not None:
             watch(rays, hits, chosen, at, children)
-        rays = children
+        waves += [(wave + 1, part) for part in _parts(children, sums.count if watch is None else 0)]
+
+
+def _parts(rays: Rays, count: int) -> list[Rays]:
+    """A wave as it is, in a list, or if it is too long in parts, by pixels of `count` samples each; 0: never in parts.
+
+    All rays of a pixel stay together, in their order: what they add up to is the same bit by bit.
+    """
+    if len(rays) == 0:
+        return []
+    number = -(-len(rays) // LONGEST_WAVE)
+    if number == 1 or count == 0:
+        return [rays]
+    pixel = rays.sample // count
+    held = np.cumsum(np.bincount(pixel))  # by this and all pixels before it
+    part = np.minimum(held * number // (held[-1] + 1), number - 1)[pixel]
+    return [rays.take(np.flatnonzero(part == p)) for p in reversed(np.unique(part).tolist())]
 
 
 def _drop_untraceable(rays: Rays, sums: Sums, tally: Tally) -> Rays:

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from hybrid_addon.scene import PointLight, Settings, World
-from hybrid_addon.tracer import trace
+from hybrid_addon.stability import effects
+from hybrid_addon.stability.build import shoot
+from hybrid_addon.tracer import sums, trace, whitted
 from hybrid_addon.tracer.constants import BUDGET_UNIT, FAINT_LIGHT, LIGHT_BUDGET
 from hybrid_addon.tracer.sums import Sums
 
@@ -153,3 +155,19 @@ def test_far_from_its_highlight_glass_asks_for_no_light(build):
 def test_a_cutoff_out_of_range_is_refused(build, cutoff):
     with pytest.raises(ValueError, match="cutoff"):
         trace(build.scene((build.box(), build.matte())), replace(ALL, cutoff=cutoff))
+
+
+def test_a_wave_in_parts_gives_the_same_bits(monkeypatch):
+    monkeypatch.setattr(whitted, "LONGEST_WAVE", 97)
+    for blurred in (False, True):
+        scene = effects.out_of_focus(effects.effects()) if blurred else effects.effects()
+        assert effects.differ(shoot(scene, **effects.HYBRID), effects.reference(blurred)) == 0
+
+
+def test_of_too_many_branches_the_heaviest_are_kept(monkeypatch):
+    monkeypatch.setattr(sums, "MAX_BRANCHES", 4)
+    sample = np.array([0] * 3 + [1] * 6 + [2] * 4 + [1] * 2)
+    weight = np.float32([9, 9, 9, 1, 5, 2, 7, 3, 0, 1, 1, 1, 1, 6, 2])
+    over = sums.crowded(sample, weight)
+    assert np.flatnonzero(over).tolist() == [3, 5, 14]  # of sample 1: 7, 6, 5, 3 are kept, 0 is no branch
+    assert not sums.crowded(sample[:3], weight[:3]).any()
