@@ -411,6 +411,8 @@ class Settings:
                     fork and the picture is worth it (`tracer.forks`). Changes no pixel.
     seed          : of the sampling pattern, together with the pixel's absolute position.
     shadow_samples : rays to each light that has a size, for each hit, spread over the light; 0 = hard shadows.
+    rough_samples : rays for each reflection and refraction of a rough surface that a camera ray meets; further on they
+                    take one. 0 = rough surfaces mirror sharply.
     adaptive      : 0 = all samples in every pixel; else pixels stop at 4 whose samples and neighbours agree in what
                     they met and, within this contrast, in colour. What brings less than this share does not count.
     caustics      : "SIMPLE": shadows of what refracts are brighter in their middle, and darker at their rim, as if it
@@ -438,6 +440,7 @@ class Settings:
     passes: frozenset[str] = frozenset()
     keep: frozenset[str] = frozenset()
     shadow_samples: int = 1
+    rough_samples: int = 0
     raster_shadows: bool = False
     caustics: Literal["NONE", "SIMPLE", "PHOTONS"] = "NONE"
     photons: int = 1 << 19

@@ -228,6 +228,15 @@ class HybridSceneSettings(PropertyGroup):
         max=1024,
         soft_max=16,
     )
+    rough_samples: IntProperty(  # type: ignore[valid-type]
+        name="Rough Samples",
+        description="Rays for each reflection and refraction of a rough metal or glass; 0 mirrors and refracts sharply",
+        default=0,
+        min=0,
+        max=64,
+        soft_max=16,
+        update=_scene_changed,
+    )
     traced_shadows: BoolProperty(  # type: ignore[valid-type]
         name="Traced Shadows",
         description="Trace the shadows of ray traced objects on what EEVEE draws: glass lets light through",

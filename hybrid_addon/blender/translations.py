@@ -141,6 +141,10 @@ GERMAN = {
     "Seconds for a frame, EEVEE included; what does not fit is given up, samples first. 0 is no limit": (
         "Sekunden für ein Bild samt EEVEE; was nicht hineinpasst, entfällt, Samples zuerst. 0 ist ohne Grenze"
     ),
+    "Rough Samples": "Samples für Rauheit",
+    "Rays for each reflection and refraction of a rough metal or glass; 0 mirrors and refracts sharply": (
+        "Strahlen für jede Spiegelung und Brechung von rauem Metall oder Glas; 0 spiegelt und bricht scharf"
+    ),
     "Shadow Samples": "Schatten-Samples",
     "Rays to each light with a size, for each sample of a pixel; 0 draws hard shadows": (
         "Strahlen zu jedem Licht mit Ausdehnung, für jedes Sample eines Pixels; 0 zeichnet harte Schatten"

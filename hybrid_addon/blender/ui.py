@@ -181,6 +181,7 @@ class HYBRID_RENDER_PT_light(SettingsPanel, bpy.types.Panel):
         layout.prop(settings, "light_falloff")
         layout.prop(settings, "raster_backed")
         layout.prop(settings, "shadow_samples")
+        layout.prop(settings, "rough_samples")
         layout.prop(settings, "traced_shadows")
         column = layout.column()
         column.active = settings.enabled and settings.traced_shadows

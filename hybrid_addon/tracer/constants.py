@@ -140,6 +140,12 @@ TRACED_ROUGHNESS = 0.25
 COSINES = 8 * 31 + 1
 """Steps of cosine at which layered surfaces are worked out; every 8th is one of the table of albedos (layers)."""
 
+MIRROR_ROUGHNESS = 0.04
+"""A smoother surface is a mirror: its lobe is a tenth of a degree wide."""
+
+MICROFACET_TRIES = 4
+"""So often a microfacet is drawn: of roughness 0.5 one in 10 reflections is caught by another, of 1 nearly half."""
+
 BUMP_STEP = 1.0e-3
 """A height is differentiated over this share of the ray's length: about a pixel."""
 

@@ -56,12 +56,12 @@ def albedo_table() -> Float64:
     hx, hz = hx / length, hz / length
     wo_h = np.clip(sin * hx + cos * hz, 0, 1)
     cos_i = 2 * wo_h * hz - cos
-    masked = np.where(cos_i > 0, _masking(np.maximum(cos_i, 1e-6), alpha), 0)
+    masked = np.where(cos_i > 0, masking(np.maximum(cos_i, 1e-6), alpha), 0)
     grazing = (1 - wo_h) ** 5
     return np.stack([(masked * f).mean((2, 3)) for f in (1 - grazing, grazing, wo_h * grazing * (1 - wo_h))])
 
 
-def _masking(cos: Array, alpha: Array) -> Array:
+def masking(cos: Array, alpha: Array) -> Array:
     """Smith's G1 of GGX."""
     return 2 * cos / (cos + np.sqrt(alpha * alpha + (1 - alpha * alpha) * cos * cos))
 
@@ -232,5 +232,5 @@ def ggx_highlight(cos_h: Float32, cos_i: Float32, cos_o: Float32, roughness: Flo
     alpha = np.sqrt(alpha2)
     t = cos_h * cos_h * (alpha2 - 1) + 1
     d = alpha2 / (np.pi * t * t)
-    lobe = d * _masking(cos_i, alpha) * _masking(cos_o, alpha) / (4 * cos_o)
+    lobe = d * masking(cos_i, alpha) * masking(cos_o, alpha) / (4 * cos_o)
     return np.asarray(lobe / np.maximum(lobe_albedo(cos_o, np.sqrt(alpha)), np.float32(0.1)), np.float32)

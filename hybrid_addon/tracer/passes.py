@@ -197,7 +197,7 @@ class Passes:
                 camera, film_x, film_y, geometry.center, geometry.bounds_radius(), on_lens
             )
             media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, tally)
-            draws = sampler if self.scene.plan.soft_shadows else None
+            draws = sampler if self.scene.plan.draws else None
             parts = wanted_parts(self.settings)
             signed, branched = work.signed or draws is not None, not BRANCHES.keys().isdisjoint(parts)
             rays = camera_rays(origin, direction, t_max, np.arange(n), media, signed, branched)

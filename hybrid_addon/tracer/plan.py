@@ -52,6 +52,7 @@ PRUNINGS = (
     Pruning("reflection", "exact if", "reflected rays", "all that rays reach mirrors nothing, and is opaque or IOR 1"),
     Pruning("refraction", "exact if", "refracted rays", "every surface that rays reach is opaque"),
     Pruning("weightless", "exact", "single reflected and refracted rays", "they carry nothing: R or T is 0 there"),
+    Pruning("roughness", "exact if", "random microfacets", "all that rays reach is smooth"),
     Pruning("depth-of-field", "exact if", "random points on the lens", "the camera is a pinhole"),
     Pruning("secondary", "exact if", "the search tree for reflected and refracted rays", "there are no such rays"),
     Pruning("emission", "exact if", "emission", "no surface that rays reach emits"),
@@ -94,6 +95,7 @@ class Plan:
     any_hit : ask for any hit where it will
                 do.
     soft_shadows : shadow rays may go to points spread over their lights.
+    rough     : rays leave rough surfaces by random microfacets.
     raster_shadows : work out the shadows of flagged objects on all others.
     backing   : secondary rays may meet what the raster shows.
     applies   : pruning -> whether it is made.   skipped : what was left out: {"what", "why", "count"}.
@@ -113,10 +115,16 @@ class Plan:
     emission: bool
     world: bool
     soft_shadows: bool
+    rough: bool
     raster_shadows: bool
     backing: bool
     applies: dict[str, bool] = field(default_factory=dict)
     skipped: Skipped = field(default_factory=list)
+
+    @property
+    def draws(self) -> bool:
+        """Whether hits need random numbers."""
+        return self.soft_shadows or self.rough
 
     @property
     def local(self) -> bool:
@@ -260,6 +268,8 @@ def make_plan(
     sized = any(light.is_soft for light in lights)
     soft = shadows and settings.shadow_samples > 0
     soft = soft and not spare("soft-shadows", not sized, "no light that casts shadows has a size", len(lights))
+    rough = settings.rough_samples > 0 and secondary
+    rough = rough and not spare("roughness", none(table.rough), "all that rays reach is smooth", n)
     any_hit = spare("any-hit", shadows and bool((geometry.shadow & table.shadow_opaque[geometry.surface]).any()))
     casters = geometry.shadow & geometry.ray_traced & ~table.shadow_clear[geometry.surface]
     raster_shadows = shadows and settings.raster_shadows
@@ -285,6 +295,7 @@ def make_plan(
         emission=emission,
         world=escapes,
         soft_shadows=soft,
+        rough=rough,
         raster_shadows=raster_shadows,
         backing=backed,
         applies=notes.applies,

@@ -12,6 +12,7 @@ from .compiled import CompiledScene
 from .constants import MAX_BRANCHES, MAX_STRAIGHT_PASSES
 from .interaction import Interaction
 from .rays import NO_BRANCH, REFLECTION, REFRACTION, Rays
+from .rough import roughen
 from .scattering import both_faces, fresnel_dielectric, keep_outside, reflect, refract
 from .signature import REFLECTED, TRANSMITTED, child_path
 from .sums import Sums, crowded
@@ -42,7 +43,11 @@ def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: S
     plan = scene.plan
     if not (plan.reflection or plan.refraction):
         return [rays.take(np.zeros(0, np.intp))]
+    drawn = roughen(scene, rays, at, t) if plan.rough else None
+    rays, at, t = (rays, at, t) if drawn is None else (drawn.rays, drawn.at, drawn.t)
     split = share_out(scene, rays, at)
+    if drawn is not None:
+        split.reflected, split.transmitted = drawn.share(split.reflected, split.transmitted, split.bends)
     reflect_too, transmit_too = _followed(scene, rays, split, sums, tally)
     return children(scene, rays, at, t, split, reflect_too, transmit_too, tally)
 

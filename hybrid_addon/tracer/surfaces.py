@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..expressions import WIDTHS, expressions_of, reads
 from ..scene import BLACK, WHITE, Expression, Float64, Surface, Texture
 from .columns import Columns, plain_columns
-from .constants import FAINT, TRACED_ROUGHNESS
+from .constants import FAINT, MIRROR_ROUGHNESS, TRACED_ROUGHNESS
 from .fields import VARIABLE, Fields, constants
 from .tabulated import Tabulated
 
@@ -42,6 +42,7 @@ class SurfaceTable:
     reflects: Bools  # (s,) a hit can spawn a reflected ray
     transmits: Bools  # (s,) a hit can spawn a refracted or straight ray
     clear: Bools  # (s,) and it brings more than FAINT
+    rough: Bools  # (s,) what it reflects or refracts by rays may be blurred
     shadow_opaque: Bools  # (s,) blocks every shadow ray
     shadow_clear: Bools  # (s,) lets every shadow ray pass unchanged
 
@@ -171,6 +172,7 @@ def _flags(low: Fields, high: Fields) -> dict[str, Bools]:
         "reflects": reflects | ((interface * high["interface_tint"] != 0).any(0) & ~straight),
         "transmits": (passes != 0).any(0),
         "clear": (passes > FAINT).any(0),
+        "rough": np.zeros(len(straight), bool),
         "shadow_opaque": (passes == 0).all(0),
         "shadow_clear": straight & (passes == 1).all(0) & (least == 1).all(0),
     }
@@ -182,10 +184,13 @@ def _with_layers(table: SurfaceTable, low: Fields, high: Fields, layered: Bools)
     metal = high["reflectivity"][0] > 0
     body = high["opacity"][0] > 0
     sharp = (glossy & (low["roughness"][0] < TRACED_ROUGHNESS)) | (coat & (low["coat_roughness"][0] < TRACED_ROUGHNESS))
+    pane = high["pane_ior"][0] != 1
     lit = (glossy & body) | coat | (high["sheen"][0] > 0)
     return replace(
         table,
-        reflects=table.reflects | layered & (metal | sharp | (high["pane_ior"][0] != 1)),
+        reflects=table.reflects | layered & (metal | sharp | pane),
+        rough=layered & (high["roughness"][0] > MIRROR_ROUGHNESS) & (metal | glossy | table.transmits | pane)
+        | layered & coat & (high["coat_roughness"][0] > MIRROR_ROUGHNESS),
         shades_ambient=table.shades_ambient | layered & lit,
         shades_diffuse=table.shades_diffuse | layered & (high["sheen"][0] > 0),
         shades_specular=table.shades_specular | layered & (lit | metal | table.transmits),

@@ -249,6 +249,8 @@ BALLS = {
     "plastic": {"Base Color": (0.7, 0.2, 0.1, 1), "Roughness": 0.5},
     "polished": {"Base Color": (0.7, 0.2, 0.1, 1), "Roughness": 0.05},
     "metal": {"Base Color": (0.9, 0.6, 0.3, 1), "Metallic": 1.0, "Roughness": 0.0, "Specular Tint": (0.6, 0.8, 1, 1)},
+    "rough metal": {"Base Color": (0.9, 0.6, 0.3, 1), "Metallic": 1.0, "Roughness": 0.3},
+    "rougher metal": {"Base Color": (0.9, 0.6, 0.3, 1), "Metallic": 1.0, "Roughness": 0.5},
     "coat": {"Base Color": (0.1, 0.2, 0.6, 1), "Coat Weight": 1.0, "Roughness": 0.5},
     "tinted coat": {
         "Base Color": (0.8, 0.8, 0.8, 1), "Coat Weight": 1.0, "Coat Roughness": 0.4, "Coat Tint": (0.9, 0.4, 0.2, 1),
@@ -284,11 +286,15 @@ def ball(number, name, values):
 
 
 def test_balls_under_an_environment_look_as_eevee_draws_them(addon):
-    """At most 2 % of the mean, ball by ball. (EEVEE's do not mirror each other, so ours must not.)"""
+    """At most 2 % of the mean, ball by ball. (EEVEE's do not mirror each other, so ours must not.)
+
+    Rough metals of EEVEE are its world's blurred image, with the error of that.
+    """
     b_scene = empty(160, 8)
     environment(b_scene)
     for number, (name, values) in enumerate(BALLS.items()):
         ball(number, name, values)
+    b_scene.hybrid.rough_samples = 8
     raster, traced, warnings = both(b_scene)
     assert warnings == []
     y, x = (np.mgrid[0:32, 0:32] + 0.5) / 32 - 0.5
@@ -298,4 +304,6 @@ def test_balls_under_an_environment_look_as_eevee_draws_them(addon):
         i, j = number % TILES * 32, number // TILES * 32
         a, b = raster[j : j + 32, i : i + 32][inside], traced[j : j + 32, i : i + 32][inside]
         found[name] = float(abs(b.mean() / a.mean() - 1)), float(np.abs(b - a).mean() / a.mean())
-    assert {name: value for name, value in found.items() if value[0] > 0.02 or value[1] > 0.03} == {}
+    print(found)
+    most = {name: 0.05 if name.startswith("rough") else 0.03 for name in BALLS}
+    assert {name: value for name, value in found.items() if value[0] > 0.02 or value[1] > most[name]} == {}

@@ -8,7 +8,7 @@ import pytest
 
 from hybrid_addon.blender.sync import Warnings
 from hybrid_addon.blender.sync.image import Images
-from hybrid_addon.blender.sync.material import Surfaces, customised, translate_material
+from hybrid_addon.blender.sync.material import Surfaces, customised, translate_material, warn_of_roughness
 from hybrid_addon.blender.sync.settings import CustomSurface
 from hybrid_addon.blender.sync.shaders import blend, blend_is_exact, shares
 from hybrid_addon.scene import BLACK, WHITE, Surface
@@ -75,7 +75,8 @@ def test_a_metal_is_a_coloured_mirror(material):
     surface = principled(material, Base_Color=(*GOLD, 1), Metallic=1.0, Roughness=0.0)
     assert (surface.reflectivity, surface.reflection_tint) == (1.0, GOLD)
     assert list(material.warn) == []
-    principled(material, Metallic=1.0, Roughness=0.5)
+    rough = principled(material, Metallic=1.0, Roughness=0.5)
+    warn_of_roughness([rough], material.warn)
     assert "roughness 0.5 is not traced" in next(iter(material.warn))
 
 

@@ -55,6 +55,7 @@ def add(verbs: Verbs) -> None:
     )  # fmt: skip
     render.add_argument("--adaptive", type=number(0, 0.99), metavar="X", help="contrast; 0: all samples everywhere")
     render.add_argument("--shadow-samples", type=number(0, 1024, int), metavar="N", help="0: hard shadows")
+    render.add_argument("--rough-samples", type=number(0, 64, int), metavar="N", help="0: rough mirrors are sharp")
     render.add_argument(
         "--traced-shadows", action=argparse.BooleanOptionalAction,
         help="trace the shadows of ray traced objects on what EEVEE draws, or leave them to EEVEE",
@@ -171,6 +172,7 @@ def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, A
         adaptive=arguments.adaptive,
         time_budget=arguments.time_budget,
         shadow_samples=arguments.shadow_samples,
+        rough_samples=arguments.rough_samples,
         traced_shadows=arguments.traced_shadows,
         caustics=arguments.caustics,
         photons=arguments.photons,

@@ -24,9 +24,10 @@ from .camera import Size, Window, translate_camera
 from .image import Images
 from .kept import Kept
 from .light import Falloff, LightContext
-from .material import Surfaces
+from .material import Surfaces, warn_of_roughness
 from .messages import UnsupportedError, Warnings
 from .objects import Objects
+from .settings import rough_samples
 from .world import translate_world
 
 __all__ = ["Kept", "Translation", "UnsupportedError", "Warnings", "translate"]
@@ -78,6 +79,8 @@ def translate(
     objects = Objects(surfaces, LightContext(light_falloff, b_scene.eevee.light_threshold), Flags(b_scene), warn, kept)
     objects.add_all(b_depsgraph)
     kept.end()
+    if not rough_samples(b_scene):
+        warn_of_roughness(surfaces.surfaces, warn)
     scene = Scene(
         camera=camera,
         meshes=tuple(objects.meshes),

@@ -9,11 +9,12 @@ loss, set to opacity 0 it is clear glass, and gold stays gold.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import bpy
 
-from ...scene import WHITE, Surface
+from ...scene import WHITE, Expression, Surface
 from .image import Images
 from .messages import Warnings
 from .nodes import Node, active_output, uses_nodes
@@ -22,6 +23,7 @@ from .shaders import surface_from
 from .texture import NodeReader
 from .volume import absorption_from
 
+SHARP_ROUGHNESS = 0.25  # above it a sharp mirror image looks wrong enough to be worth a warning
 DEFAULT_ROUGHNESS = 0.4  # of an object without material (BKE_material_default_surface)
 DEFAULT_SPECULAR = (0.04, 0.04, 0.04)
 
@@ -58,6 +60,19 @@ def customised(surface: Surface, custom: CustomSurface | None) -> Surface:
         return surface
     plain = replace(surface, layered=False, thin=False, interface_tint=WHITE)
     return replace(plain, reflectivity=custom.reflectivity, opacity=custom.opacity, ior=custom.ior)
+
+
+def warn_of_roughness(surfaces: Sequence[Surface], warn: Warnings) -> None:
+    """Name the rough surfaces that are to mirror and refract sharply."""
+    for surface in surfaces:
+        roughness = surface.roughness
+        mirrors = surface.layered and surface.reflectivity != 0.0
+        refracts = surface.layered and surface.opacity != 1.0 and surface.ior != 1.0
+        if (mirrors or refracts) and not isinstance(roughness, Expression) and roughness > SHARP_ROUGHNESS:
+            warn.add(
+                f"material {surface.name!r}: roughness {roughness:.2g} is not traced; it mirrors and refracts sharply "
+                "(Rough Samples is 0)"
+            )
 
 
 def translate_material(b_material: bpy.types.Material, images: Images, warn: Warnings) -> Surface:

@@ -50,3 +50,8 @@ def custom_surface(b_id: bpy.types.Object | bpy.types.Material | None) -> Custom
     if b_hybrid is None or b_hybrid.surface != "CUSTOM":
         return None
     return CustomSurface(b_hybrid.reflectivity, b_hybrid.opacity, b_hybrid.ior)
+
+
+def rough_samples(b_scene: bpy.types.Scene) -> int:
+    """Rays for each reflection and refraction of a rough surface; 0: it mirrors and refracts sharply."""
+    return getattr(getattr(b_scene, "hybrid", None), "rough_samples", 0)

@@ -26,7 +26,6 @@ Shares = tuple[Share, Share, Share]
 
 MAX_DEPTH = 32  # of Mix and Add Shaders below one another
 MIN_IOR = 1e-5  # Blender's own clamp
-SHARP_ROUGHNESS = 0.25  # above it a sharp mirror image looks wrong enough to be worth a warning
 NOT_FOLLOWED = {  # Principled inputs that change the picture when they are not 0, and what becomes of them
     "Subsurface Weight": "it is drawn as diffuse",
 }
@@ -76,7 +75,7 @@ def _principled(node: Node, reader: NodeReader) -> Surface:
         layered=True,
         base_color=base_color,
         specular=_specular(node, reader, ior),
-        roughness=_roughness(node, reader, mirrors=may_be(metallic) or may_be(glass)),
+        roughness=_roughness(node, reader),
         emission=ex.as_color(ex.times(alpha, _emitted(node, reader, "Emission Color", "Emission Strength"))),
         reflection_tint=clear if may_be(metallic) else WHITE,
         edge_tint=color(reader, node, "Specular Tint"),
@@ -127,7 +126,7 @@ def _glass(node: Node, reader: NodeReader) -> Surface:
     return replace(
         _shared(0.0, 0.0, 1.0),
         layered=True,
-        roughness=_roughness(node, reader, mirrors=True),
+        roughness=_roughness(node, reader),
         reflection_tint=tint,
         interface_tint=tint,
         transmission_tint=tint,
@@ -151,7 +150,7 @@ def _glossy(node: Node, reader: NodeReader) -> Surface:
         base_color=tint,
         reflection_tint=tint,
         edge_tint=color(reader, node, "Edge Tint") if node.has_input("Edge Tint") else None,
-        roughness=_roughness(node, reader, mirrors=True),
+        roughness=_roughness(node, reader),
     )
 
 
@@ -318,11 +317,8 @@ def _is_black(surface: Surface) -> bool:
     )
 
 
-def _roughness(node: Node, reader: NodeReader, *, mirrors: bool) -> Share:
-    roughness = _unit(number(reader, node, "Roughness"))
-    if mirrors and not isinstance(roughness, Expression) and roughness > SHARP_ROUGHNESS:
-        reader.warn(f"node {node.name!r}: roughness {roughness:.2g} is not traced; it mirrors and refracts sharply")
-    return roughness
+def _roughness(node: Node, reader: NodeReader) -> Share:
+    return _unit(number(reader, node, "Roughness"))
 
 
 def _unit(value: Share) -> Share:

@@ -1,0 +1,142 @@
+"""Rough reflection and refraction: rays leave by the mirror of a microfacet that is drawn, not of the surface.
+
+Microfacets are those of GGX that the eye sees (Heitz 2018, by spherical caps: Dupuy & Benyoub 2023). What a lobe
+reflects in all, its albedo, is in its weight already, so each ray carries all of it: rays that other microfacets would
+catch are drawn again instead, by Smith's masking. So no light is lost or won, whatever the roughness. Fresnel's
+equations share out light by the microfacet's angle.
+
+A camera ray's first rough hit counts as `Settings.rough_samples` hits, each with its own microfacet and its share of
+the weight; later ones draw one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float32, Float64
+from .compiled import CompiledScene
+from .constants import MICROFACET_TRIES, MIRROR_ROUGHNESS
+from .interaction import Interaction
+from .layers import masking
+from .rays import Rays
+from .sampler import Draws, hash32
+from .scattering import reflect
+from .vectors import Array, dot, largest_component, normalize, orthonormal_basis
+
+Bools = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
+
+FACET, LOBE, TRY = np.uint32(0x52D3F1A7), np.uint32(0x1B56C4E9), np.uint32(0x9D2C5681)
+"""Dimensions of the sampler; each try has one of its own."""
+
+
+@dataclass(eq=False)
+class Drawn:
+    """Hits (n,) with the normals of microfacets for shading normals.
+
+    Where two lobes of different roughness share a reflection, one of them is drawn.
+
+    rays, at, t : the hits, and how far along their rays they are.
+    coat     : (n,) float32, what the coat reflects, where lobes were drawn.
+    is_coat  : (n,) bool, it was the coat.
+    chance   : (n,) float32, of what was drawn; 1 where nothing was.
+    """
+
+    rays: Rays
+    at: Interaction
+    t: Float64
+    coat: Float32
+    is_coat: Bools
+    chance: Float32
+
+    def share(self, reflected: Float32, transmitted: Float32, bends: Bools) -> tuple[Float32, Float32]:
+        """What the lobes that were drawn reflect and transmit, of what all do: (3, n) each."""
+        if not self.coat.any():
+            return reflected, transmitted
+        coat = self.rays.throughput * self.coat
+        drawn = np.where(self.is_coat, coat, np.maximum(reflected - coat, 0)) / self.chance
+        bent = np.where(self.is_coat, np.float32(0), transmitted / self.chance)
+        return drawn, np.where(bends, bent, transmitted)
+
+
+def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Drawn | None:
+    """Draw microfacets; None where all hits are mirrors."""
+    lobe, coat = at.value("lobe_roughness"), at.value("coat_roughness")
+    coated = at.value("coat") - at.value("coat_blurred")
+    bent = at.value("interface") * (at.table.ior.take(at.surface) != 1)
+    rest = largest_component(at.value("mirror")) - coated + bent
+    wide = ((rest > 0) & (lobe > MIRROR_ROUGHNESS)) | ((coated > 0) & (coat > MIRROR_ROUGHNESS))
+    if not wide.any() or at.draws is None:
+        return None
+    rays, at, t, index = _repeated(scene.settings.rough_samples, rays, at, t, wide)
+    lobe, coat, coated, rest, wide = (a.take(index) for a in (lobe, coat, coated, rest, wide))
+    draws = at.draws
+    assert draws is not None
+    both = wide & (coated > 0) & (rest > 0) & (lobe != coat)
+    odds = np.where(both, coated / np.where(both, coated + rest, 1), (rest <= 0).astype(np.float32))
+    is_coat = draws.square(LOBE)[0] < odds
+    chance = np.where(both, np.where(is_coat, odds, 1 - odds), np.float32(1))
+    roughness = np.where(is_coat, coat, lobe)
+    facing = np.flatnonzero(wide & (roughness > MIRROR_ROUGHNESS) & (dot(at.wo, at.n_shading) > 0))
+    normals = np.array(at.n_shading)
+    redraw = (at.value("interface") == 0).take(facing)
+    normals[:, facing] = _microfacets(
+        at.wo[:, facing], normals[:, facing], roughness[facing] ** 2, redraw, draws.take(facing)
+    )
+    at = replace(at, n_shading=normals)
+    return Drawn(rays, at, t, np.where(both, coated, np.float32(0)), is_coat & both, chance)
+
+
+def _repeated(
+    parts: int, rays: Rays, at: Interaction, t: Float64, wide: Bools
+) -> tuple[Rays, Interaction, Float64, Numbers]:
+    """The hits, the first rough ones of camera rays as many times as wanted; and which of the old ones they are."""
+    n = len(rays)
+    first = wide & (rays.depth == 0) & (rays.passes == 0)
+    if parts < 2 or not first.any():
+        return rays, at, t, np.arange(n)
+    times = np.where(first, parts, 1)
+    index = np.repeat(np.arange(n), times)
+    part = (np.arange(len(index)) - (np.cumsum(times) - times)[index]).astype(np.uint32)
+    many = first[index]
+    rays, at = rays.take(index), at.take(index)
+    assert at.draws is not None
+    rays.throughput = np.where(many, rays.throughput * np.float32(1 / parts), rays.throughput)
+    rays.path = np.where(part > 0, hash32(rays.path + part), rays.path)
+    number = np.where(many, at.draws.number * np.uint32(parts) + part, at.draws.number)
+    return rays, replace(at, draws=Draws(at.draws.key, number)), t[index], index
+
+
+def _microfacets(wo: Float32, n: Float32, alpha: Float32, redraw: Bools, draws: Draws) -> Float32:
+    """Normals (3, m) of microfacets of surfaces of normals n that are seen from wo.
+
+    redraw : (m,) bool, draw again while another microfacet catches what is reflected.
+    """
+    result = np.empty_like(wo)
+    left: Numbers = np.arange(wo.shape[1])
+    for number in range(MICROFACET_TRIES):
+        some, salt = draws.take(left), np.uint32(number)
+        h = visible_normal(wo[:, left], n[:, left], alpha[left], some.square(FACET + salt))
+        result[:, left] = h
+        cosine = dot(reflect(wo[:, left], h), n[:, left])
+        passes = np.where(cosine > 0, masking(np.maximum(cosine, np.float32(1e-6)), alpha[left]), 0)
+        left = left[redraw[left] & (some.square(TRY + salt)[0] >= passes)]
+        if len(left) == 0:
+            break
+    return result
+
+
+def visible_normal(wo: Float32, n: Float32, alpha: Float32, square: tuple[Float32, Float32]) -> Float32:
+    """Normals (3, m) of microfacets of GGX that are seen from wo, which lies above n: by points of the unit square."""
+    tangent, bitangent = orthonormal_basis(n)
+    x, y, z = dot(wo, tangent) * alpha, dot(wo, bitangent) * alpha, dot(wo, n)
+    length = np.sqrt(x * x + y * y + z * z)
+    x, y, z = x / length, y / length, z / length
+    phi: Array = np.float32(2 * np.pi) * square[0]
+    cap = 1 - square[1] * (1 + z)  # from 1 down to -z
+    sin = np.sqrt(np.maximum(1 - cap * cap, 0))
+    hx, hy, hz = sin * np.cos(phi) + x, sin * np.sin(phi) + y, np.maximum(cap + z, np.float32(0))
+    return normalize(tangent * (hx * alpha) + bitangent * (hy * alpha) + n * hz).astype(np.float32, copy=False)
