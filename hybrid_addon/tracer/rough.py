@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .compiled import CompiledScene
-from .constants import MICROFACET_TRIES, MIRROR_ROUGHNESS
+from .constants import FAINT, MICROFACET_TRIES, MIRROR_ROUGHNESS
 from .interaction import Interaction
 from .layers import masking
 from .rays import Rays
@@ -57,8 +57,9 @@ class Drawn:
         if not self.coat.any():
             return reflected, transmitted
         coat = self.rays.throughput * self.coat
-        drawn = np.where(self.is_coat, coat, np.maximum(reflected - coat, 0)) / self.chance
-        bent = np.where(self.is_coat, np.float32(0), transmitted / self.chance)
+        rest = np.maximum(reflected - coat, np.float32(0))
+        drawn = np.asarray(np.where(self.is_coat, coat, rest) / self.chance, np.float32)
+        bent: Float32 = np.where(self.is_coat, np.float32(0), transmitted / self.chance)
         return drawn, np.where(bends, bent, transmitted)
 
 
@@ -68,15 +69,17 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Dr
     coated = at.value("coat") - at.value("coat_blurred")
     bent = at.value("interface") * (at.table.ior.take(at.surface) != 1)
     rest = largest_component(at.value("mirror")) - coated + bent
-    wide = ((rest > 0) & (lobe > MIRROR_ROUGHNESS)) | ((coated > 0) & (coat > MIRROR_ROUGHNESS))
+    rest = np.where(rest > FAINT, rest, np.float32(0))
+    wide: Bools = ((rest > 0) & (lobe > MIRROR_ROUGHNESS)) | ((coated > 0) & (coat > MIRROR_ROUGHNESS))
     if not wide.any() or at.draws is None:
         return None
     rays, at, t, index = _repeated(scene.settings.rough_samples, rays, at, t, wide)
-    lobe, coat, coated, rest, wide = (a.take(index) for a in (lobe, coat, coated, rest, wide))
+    lobe, coat, coated, rest = (a.take(index) for a in (lobe, coat, coated, rest))
+    wide = wide.take(index)
     draws = at.draws
     assert draws is not None
     both = wide & (coated > 0) & (rest > 0) & (lobe != coat)
-    odds = np.where(both, coated / np.where(both, coated + rest, 1), (rest <= 0).astype(np.float32))
+    odds = np.where(both, coated / np.where(both, coated + rest, np.float32(1)), (rest <= 0).astype(np.float32))
     is_coat = draws.square(LOBE)[0] < odds
     chance = np.where(both, np.where(is_coat, odds, 1 - odds), np.float32(1))
     roughness = np.where(is_coat, coat, lobe)
