@@ -14,7 +14,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .procedural import TEXTURES
+from .procedural import TEXTURES, colors, coordinates
+from .procedural.coordinates import three
 from .scene import Color, Expression, Number, Surface, Texture, Value
 
 Array = NDArray[Any]
@@ -66,10 +67,6 @@ def _join(*rows: Array) -> Array:
     return np.concatenate(np.broadcast_arrays(*(row[:1] for row in rows)))
 
 
-def _three(a: Array) -> Array:
-    return np.broadcast_to(a, (3, a.shape[1])) if len(a) == 1 else a[:3]
-
-
 def _ramp(t: Array, table: Array) -> Array:
     """A table (k, 1 or 3) over 0..1, linearly interpolated: what EEVEE does with ColorRamp and curves."""
     x = np.clip(t[0], 0, 1) * (len(table) - 1)
@@ -81,62 +78,7 @@ def _ramp(t: Array, table: Array) -> Array:
 
 def _curves(color: Array, table: Array) -> Array:
     """Three tables (k, 3), one for each channel."""
-    return np.concatenate([_ramp(_three(color)[i : i + 1], table[:, i : i + 1]) for i in range(3)])
-
-
-def _rgb_to_hsv(color: Array) -> Array:
-    color = _three(color)
-    high, low = color.max(axis=0), color.min(axis=0)
-    spread = high - low
-    safe = np.where(spread > 0, spread, 1)
-    r, g, b = (high - color) / safe
-    hue = np.where(color[0] == high, b - g, np.where(color[1] == high, 2 + r - b, 4 + g - r)) / 6 % 1
-    return np.stack([np.where(spread > 0, hue, 0), np.where(high > 0, spread / np.where(high > 0, high, 1), 0), high])
-
-
-def _hsv_to_rgb(hsv: Array) -> Array:
-    h, s, v = hsv
-    ramps = np.stack([np.abs(h * 6 - 3) - 1, 2 - np.abs(h * 6 - 2), 2 - np.abs(h * 6 - 4)])
-    return ((np.clip(ramps, 0, 1) - 1) * s + 1) * v
-
-
-def _hue_saturation(hue: Array, saturation: Array, value: Array, factor: Array, color: Array) -> Array:
-    h, s, v = _rgb_to_hsv(color)
-    shifted = np.stack([(h + hue[0] + 0.5) % 1, np.clip(s * saturation[0], 0, 1), v * value[0]])
-    return _mix(factor, _three(color), np.maximum(_hsv_to_rgb(shifted), 0))
-
-
-def _checker(p: Array, a: Array, b: Array, scale: Array) -> Array:
-    """Checker Texture; the shift keeps faces of a unit cube off the boundaries of cells."""
-    q = np.floor((p * scale + 1e-6) * 0.9999990).astype(np.int64)
-    return np.where(((q[0] + q[1] + q[2]) % 2 == 1)[None], _three(a), _three(b))
-
-
-def _checker_factor(p: Array, scale: Array) -> Array:
-    one, nought = np.ones((1, 1), p.dtype), np.zeros((1, 1), p.dtype)
-    return _checker(p, one, nought, scale)[:1]
-
-
-def _gradient(p: Array, kind: str) -> Array:
-    """Gradient Texture."""
-    x, y, z = p
-    ball = np.maximum(0.999999 - np.sqrt(x * x + y * y + z * z), 0)
-    kinds: dict[str, Callable[[], Array]] = {
-        "LINEAR": lambda: x,
-        "QUADRATIC": lambda: np.maximum(x, 0) ** 2,
-        "EASING": lambda: np.clip(x, 0, 1) ** 2 * (3 - 2 * np.clip(x, 0, 1)),
-        "DIAGONAL": lambda: (x + y) * 0.5,
-        "RADIAL": lambda: np.arctan2(y, x) / (2 * np.pi) + 0.5,
-        "QUADRATIC_SPHERE": lambda: ball * ball,
-        "SPHERICAL": lambda: ball,
-    }
-    return np.clip(kinds[kind]()[None], 0, 1)
-
-
-def _affine(p: Array, matrix: Array) -> Array:
-    """A (3, 4) matrix, as of a Mapping node, on points of 2 or 3 rows."""
-    rows = [*p, *[np.zeros_like(p[0])] * (3 - len(p))]
-    return np.stack([m[0] * rows[0] + m[1] * rows[1] + m[2] * rows[2] + m[3] for m in matrix])
+    return np.concatenate([_ramp(three(color)[i : i + 1], table[:, i : i + 1]) for i in range(3)])
 
 
 def _power(a: Array, b: Array) -> Array:
@@ -162,78 +104,23 @@ def _pingpong(value: Array, scale: Array) -> Array:
     return np.where(scale != 0, np.abs((x - np.floor(x)) * safe * 2 - safe), 0)
 
 
-def _dodge(a: Array, b: Array) -> Array:
-    return np.where(a == 0, 0, np.where(b >= 1, 1, np.minimum(a / np.where(b < 1, 1 - b, 1), 1)))
-
-
-def _burn(a: Array, b: Array) -> Array:
-    return np.clip(1 - (1 - a) / np.where(b > 0, b, 1e-30), 0, 1)
-
-
-def _wrap_sphere(p: Array) -> Array:
-    x, y, z = 2 * _three(p) - 1
-    length = np.maximum(np.sqrt(x * x + y * y + z * z), 1e-30)
-    u = np.where((x == 0) & (y == 0), 0, (1 - np.arctan2(x, y) / np.pi) / 2)
-    return np.stack([u, 1 - np.arccos(np.clip(z / length, -1, 1)) / np.pi, np.zeros_like(u)])
-
-
-def _wrap_tube(p: Array) -> Array:
-    x, y, z = 2 * _three(p) - 1
-    u = np.where((x == 0) & (y == 0), 0, (1 - np.arctan2(x, y) / np.pi) / 2)
-    return np.stack([u, (z + 1) / 2, np.zeros_like(u)])
-
-
-def _box_view(p: Array, normal: Array, axis: int) -> Array:
-    """Texture coordinates of a box projection along an axis, mirrored so that no side is inside out."""
-    x, y, z = _three(p)
-    turned = normal[axis] < 0
-    u, v = ((y, z), (x, z), (y, x))[axis]
-    u = np.where(turned != (axis == 1), 1 - u, u)
-    return np.stack([u, v, np.zeros_like(u)])
-
-
-def _box_weights(normal: Array, blend: float) -> Array:
-    """Shares of the three views: one for each side, with `blend` a soft change between them."""
-    n = np.abs(normal) / np.maximum(np.abs(normal).sum(axis=0, keepdims=True), 1e-30)
-    limit = 0.5 * (1 - blend)
-    first = np.eye(3)[np.argmax(n, axis=0)].T
-    if blend <= 0:
-        return first
-    two = [np.clip((n[i] / np.maximum(n[i] + n[j], 1e-30) - limit) / blend, 0, 1) for i, j in ((0, 1), (0, 2), (1, 2))]
-    soft = np.stack([two[0] * two[1], (1 - two[0]) * two[2], (1 - two[1]) * (1 - two[2])])
-    total = soft.sum(axis=0, keepdims=True)
-    return np.where(total > 0, soft / np.where(total > 0, total, 1), first)
-
-
-def _screen(a: Array, b: Array) -> Array:
-    return 1 - (1 - a) * (1 - b)
-
-
-def _overlay(a: Array, b: Array) -> Array:
-    return np.where(a < 0.5, 2 * a * b, 1 - 2 * (1 - a) * (1 - b))
-
-
-def _soft_light(a: Array, b: Array) -> Array:
-    return (1 - a) * b * a + a * _screen(a, b)
-
-
 def _normalize(v: Array) -> Array:
     length = np.sqrt((v * v).sum(axis=0, keepdims=True))
     return np.asarray(v / np.where(length > 0, length, 1))
 
 
 def _dot(a: Array, b: Array) -> Array:
-    return np.asarray((_three(a) * _three(b)).sum(axis=0, keepdims=True))
+    return np.asarray((three(a) * three(b)).sum(axis=0, keepdims=True))
 
 
 def _cross(a: Array, b: Array) -> Array:
-    a, b = _three(a), _three(b)
+    a, b = three(a), three(b)
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def _normal_map(color: Array, strength: Array, tangent: Array, normal: Array) -> Array:
     """Tangent space; a tangent (4, n) has the sign of the bitangent in its last row."""
-    x, y, z = 2 * _three(color) - 1
+    x, y, z = 2 * three(color) - 1
     bitangent = tangent[3] * _cross(normal, tangent[:3])
     mapped = _normalize(tangent[:3] * x + bitangent * y + normal * z)
     mapped = np.where((tangent[:3] != 0).any(axis=0), mapped, normal)
@@ -284,9 +171,9 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
     "clamp": lambda a, low, high: np.minimum(np.maximum(a, low), high),
     "smooth": _smooth,
     "mix": _mix,
-    "screen": _screen,
-    "overlay": _overlay,
-    "soft_light": _soft_light,
+    "screen": colors.screen,
+    "overlay": colors.overlay,
+    "soft_light": colors.soft_light,
     "difference": lambda a, b: np.abs(a - b),
     "gray": _gray,
     "average": _average,
@@ -295,17 +182,15 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
     "rows": lambda a, data: a[data[0] : data[1]],
     "ramp": _ramp,
     "curves": _curves,
-    "rgb_to_hsv": _rgb_to_hsv,
-    "hsv_to_rgb": _hsv_to_rgb,
-    "hue_saturation": _hue_saturation,
-    "checker": _checker,
-    "checker_factor": _checker_factor,
-    "gradient": _gradient,
-    "affine": _affine,
+    "rgb_to_hsv": colors.rgb_to_hsv,
+    "hsv_to_rgb": colors.hsv_to_rgb,
+    "hue_saturation": colors.hue_saturation,
+    "affine": coordinates.affine,
+    "mapping": coordinates.mapping,
     "gamma": lambda a, b: np.where(a > 0, _power(np.where(a > 0, a, 1), b), a),
     "exclusion": lambda a, b: np.maximum(a + b - 2 * a * b, 0),
-    "dodge": _dodge,
-    "burn": _burn,
+    "dodge": colors.dodge,
+    "burn": colors.burn,
     "smoother": lambda x: np.clip(x, 0, 1) ** 3 * (np.clip(x, 0, 1) * (np.clip(x, 0, 1) * 6 - 15) + 10),
     "first_three": lambda a: a[:3],
     "facing": _facing,
@@ -317,10 +202,12 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
     "radians": np.radians,
     "degrees": np.degrees,
     "inverse_root": lambda a: np.where(a > 0, 1 / np.sqrt(np.where(a > 0, a, 1)), 0),
-    "wrap_sphere": _wrap_sphere,
-    "wrap_tube": _wrap_tube,
-    "box_view": _box_view,
-    "box_weights": _box_weights,
+    "wrap_sphere": coordinates.wrap_sphere,
+    "wrap_tube": coordinates.wrap_tube,
+    "equirect": coordinates.equirect,
+    "mirror_ball": coordinates.mirror_ball,
+    "box_view": coordinates.box_view,
+    "box_weights": coordinates.box_weights,
     "dot": _dot,
     "cross": _cross,
     "length": lambda a: np.sqrt(_dot(a, a)),

@@ -86,11 +86,12 @@ class Texture:
 
     uv_transform : (2, 3) float64, applied to (u, v, 1) first (Blender's Mapping node).
     uv_map       : name of the mesh's UV map, "" for the one that is active for rendering.
+    extension    : "SPHERE" goes around in u and ends in v, as an equirectangular image does.
     """
 
     name: str
     pixels: Float32
-    extension: Literal["REPEAT", "EXTEND", "CLIP", "MIRROR"] = "REPEAT"
+    extension: Literal["REPEAT", "EXTEND", "CLIP", "MIRROR", "SPHERE"] = "REPEAT"
     interpolation: Literal["LINEAR", "CLOSEST"] = "LINEAR"
     uv_map: str = ""
     uv_transform: Float64 = field(default_factory=lambda: np.eye(2, 3))
@@ -347,16 +348,35 @@ Light = PointLight | SpotLight | SunLight | AreaLight
 
 
 @dataclass(frozen=True, eq=False)
+class WorldSun:
+    """What of the world is brighter than `threshold` (its largest channel) lights as one sun does, as in EEVEE.
+
+    angle : radians, the diameter that this sun is given, for soft shadows and highlights.
+    """
+
+    threshold: float
+    angle: float = 0.0
+    cast_shadow: bool = True
+
+
+@dataclass(frozen=True, eq=False)
 class World:
     """What a ray that leaves the scene sees: `radiance`, times the environment image if there is one.
 
+    radiance    : or an `Expression` of the direction (attribute "generated"), without an environment image.
     environment : equirectangular, as Blender lays it out (centre +X, u = 0.25 is +Y, v up).
     rotation    : (3, 3) float64, world direction -> direction for the look-up.
+    backdrop    : what camera rays see instead, and rays that passed straight through all; it gives no light.
+    sun         : what is too bright becomes a light, and all but the backdrop is without it; None: nothing does.
+    limit       : all but the backdrop is no brighter (largest channel), nor is its diffuse light. EEVEE's *Clamping*.
     """
 
-    radiance: RGB = BLACK
+    radiance: Color = BLACK
     environment: Texture | None = None
     rotation: Float64 = field(default_factory=lambda: np.eye(3))
+    backdrop: World | None = None
+    sun: WorldSun | None = None
+    limit: float = float("inf")
 
 
 # ------------------------------------------------------------------------------------------------ the whole

@@ -8,7 +8,8 @@ them are named in each file.
     noise.py      Noise Texture
     voronoi.py    Voronoi Texture, one octave;  cells.py  its octaves and outputs
     gabor.py      Gabor Texture
-    patterns.py   Wave, Magic, Brick, White Noise
+    patterns.py   Checker, Gradient, Wave, Magic, Brick, White Noise
+    coordinates.py colors.py    mapping and projections; hue and blend types
 """
 
 from __future__ import annotations
@@ -21,7 +22,17 @@ from numpy.typing import NDArray
 from .cells import voronoi_rows
 from .gabor import gabor_rows
 from .noise import noise_color, noise_factor
-from .patterns import brick, brick_factor, magic, wave, white_noise, white_noise_color
+from .patterns import (
+    brick,
+    brick_factor,
+    checker,
+    checker_factor,
+    gradient,
+    magic,
+    wave,
+    white_noise,
+    white_noise_color,
+)
 
 Array = NDArray[Any]
 
@@ -34,6 +45,9 @@ TEXTURES: dict[str, Callable[..., Array]] = {
     "magic": magic,
     "brick": brick,
     "brick_factor": brick_factor,
+    "checker": checker,
+    "checker_factor": checker_factor,
+    "gradient": gradient,
     "white_noise": white_noise,
     "white_noise_color": white_noise_color,
 }

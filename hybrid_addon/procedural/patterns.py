@@ -1,4 +1,4 @@
-"""Wave, Magic, Brick and White Noise Texture. Sources: the nodes' GLSL, gpu_shader_material_tex_*."""
+"""Checker, Gradient, Wave, Magic, Brick and White Noise. Sources: the nodes' GLSL, gpu_shader_material_tex_*."""
 
 from __future__ import annotations
 
@@ -144,3 +144,34 @@ def white_noise(vector: Array, w: Array, dimensions: int) -> Array:
 def white_noise_color(vector: Array, w: Array, dimensions: int) -> Array:
     """(3, n) Color."""
     return color_of_floats(points(vector, w, dimensions))
+
+
+# ------------------------------------------------------------------------------------------------ checks, gradients
+
+
+def checker(p: Array, a: Array, b: Array, scale: Array) -> Array:
+    """Checker Texture; the shift keeps faces of a unit cube off the boundaries of cells."""
+    q = np.floor((p * scale + 1e-6) * 0.9999990).astype(np.int64)
+    return np.where(((q[0] + q[1] + q[2]) % 2 == 1)[None], _three(a), _three(b))
+
+
+def checker_factor(p: Array, scale: Array) -> Array:
+    """Fac of Checker Texture."""
+    one, nought = np.ones((1, 1), p.dtype), np.zeros((1, 1), p.dtype)
+    return checker(p, one, nought, scale)[:1]
+
+
+def gradient(p: Array, kind: str) -> Array:
+    """Gradient Texture."""
+    x, y, z = p
+    ball = np.maximum(0.999999 - np.sqrt(x * x + y * y + z * z), 0)
+    kinds: dict[str, Callable[[], Array]] = {
+        "LINEAR": lambda: x,
+        "QUADRATIC": lambda: np.maximum(x, 0) ** 2,
+        "EASING": lambda: np.clip(x, 0, 1) ** 2 * (3 - 2 * np.clip(x, 0, 1)),
+        "DIAGONAL": lambda: (x + y) * 0.5,
+        "RADIAL": lambda: np.arctan2(y, x) / (2 * np.pi) + 0.5,
+        "QUADRATIC_SPHERE": lambda: ball * ball,
+        "SPHERICAL": lambda: ball,
+    }
+    return np.clip(kinds[kind]()[None], 0, 1)

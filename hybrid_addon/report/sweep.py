@@ -20,6 +20,7 @@ from ..presets import QUALITY, Quality
 from ..scene import Expression, Film, Float32, Float64, Scene, Settings
 from ..tracer import CompiledScene, trace_compiled
 from ..tracer.constants import FIRST_SAMPLES, SAMPLING_SLOPE
+from ..tracer.sky import brightest
 from ..tracer.validate import validate
 from . import fits, metrics
 from .metrics import Bools
@@ -137,10 +138,9 @@ class Studio:
     def brightest(self, film: Film) -> float:
         """An estimate of the largest radiance along any ray."""
         scene = self.scene
-        sky = 1.0 if scene.world.environment is None else float(np.max(scene.world.environment.pixels[..., :3]))
         constant = [s.emission for s in scene.surfaces if not isinstance(s.emission, Expression)]
         emission = max(map(max, constant), default=0.0)
-        return max(BRIGHTER * float(np.max(film.radiance, initial=0.0)), sky * max(scene.world.radiance), emission)
+        return max(BRIGHTER * float(np.max(film.radiance, initial=0.0)), brightest(scene.world), emission)
 
     def weight(self, film: Film) -> Float32:
         """Coverage (h, w)."""

@@ -14,7 +14,7 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import RGB, Camera, Lens, Scene, Settings, Texture, World
+from ..scene import RGB, Camera, Expression, Lens, Scene, Settings, Texture
 from .backing import backable
 from .geometry import Geometry, flatten
 from .kept import Kept
@@ -198,7 +198,7 @@ def prepare(scene: Scene, settings: Settings, kept: Kept | None = None) -> Prepa
     why = "every triangle is flat"
     if geometry.normals is None and not notes.spare("normals", True, why, geometry.triangle_count):
         geometry = replace(geometry, normals=np.zeros((geometry.triangle_count, 9), np.float32))
-    lights = compile_lights(scene.lights, geometry.center, geometry.object)
+    lights = compile_lights((*scene.lights, *world.suns), geometry.center, geometry.object)
     linked = any(light.receives is not None or light.blocks is not None for light in lights)
     if not linked and not notes.spare("light-linking", True):
         every = np.ones(len(geometry.object), bool)
@@ -221,9 +221,9 @@ def _with_images(scene: Scene, notes: _Notes) -> Scene:
     if plain and not notes.spare("textures", True, "no value varies over a surface", len(scene.surfaces)):
         worn = tuple(replace(s, base_color_texture=image(cast(RGB, s.base_color))) for s in scene.surfaces)
         scene = replace(scene, surfaces=worn)
-    uniform = scene.world.environment is None
+    uniform = scene.world.environment is None and not isinstance(scene.world.radiance, Expression)
     if uniform and not notes.spare("environment", True, "the world is uniform"):
-        scene = replace(scene, world=World(scene.world.radiance, image((1, 1, 1)), scene.world.rotation))
+        scene = replace(scene, world=replace(scene.world, environment=image((1, 1, 1)), sun=None))
     return scene
 
 
@@ -256,8 +256,8 @@ def make_plan(
     weightless = not spare("weightless", reflection or refraction) and (reflection or refraction)
     emission = not spare("emission", none(table.emits), "no reachable surface emits", n)
     escapes = not spare("world", world.is_black, "the world is black")
-    why = "the world is black" if world.is_black else "no reachable surface answers to it"
-    ambient = not spare("ambient", world.is_black or none(table.shades_ambient), why, n)
+    why = "no reachable surface answers to it" if world.gives_light else "the world is black"
+    ambient = not spare("ambient", not world.gives_light or none(table.shades_ambient), why, n)
     answer = table.shades_diffuse | table.shades_specular
     lights = _useful_lights(lights, geometry, (answer & reachable)[geometry.surface], notes)
     why = "no reachable surface answers to it" if lights else "there is no light"

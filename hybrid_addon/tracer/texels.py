@@ -7,29 +7,41 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from ..expressions import expressions_of
-from ..scene import Expression, Scene, Surface, Texture
+from ..expressions import expressions_of, walk
+from ..scene import Expression, Scene, Surface, Texture, World
 
 Images = Mapping[int, Texture]
+T = TypeVar("T", Surface, World)
 
 
 def with_finite_texels(scene: Scene) -> tuple[Scene, int]:
     """The scene with black for numbers of its images that are not finite; and how many texels have such."""
     images = {id(e.data): e.data for s in scene.surfaces for e in expressions_of(s) if isinstance(e.data, Texture)}
-    if scene.world.environment is not None:
-        images[id(scene.world.environment)] = scene.world.environment
+    images |= {id(image): image for image in images_of(scene.world)}
     broken = {key: image for key, image in images.items() if not _is_finite(image)}
     if not broken:
         return scene, 0
     count = sum(int(np.count_nonzero(~np.isfinite(image.pixels).all(axis=-1))) for image in broken.values())
     mended = {key: replace(image, pixels=_mended(image)) for key, image in broken.items()}
-    sky = scene.world.environment
-    world = scene.world if sky is None else replace(scene.world, environment=mended.get(id(sky), sky))
-    return replace(scene, world=world, surfaces=tuple(_surface(s, mended) for s in scene.surfaces)), count
+    surfaces = tuple(_mended_in(s, mended) for s in scene.surfaces)
+    return replace(scene, world=_world(scene.world, mended), surfaces=surfaces), count
+
+
+def images_of(world: World) -> list[Texture]:
+    """All that a world and its backdrop are made of."""
+    found = [world.environment, *(e.data for e in walk(world.radiance))]
+    return [image for image in found if isinstance(image, Texture)] + (
+        images_of(world.backdrop) if world.backdrop else []
+    )
+
+
+def _world(world: World, mended: Images) -> World:
+    backdrop = _world(world.backdrop, mended) if world.backdrop else None
+    return replace(_mended_in(world, mended), backdrop=backdrop)
 
 
 def _is_finite(image: Texture) -> bool:
@@ -42,8 +54,8 @@ def _mended(image: Texture) -> Any:
     return np.where(np.isfinite(image.pixels), image.pixels, np.float32(0))
 
 
-def _surface(surface: Surface, mended: Images) -> Surface:
-    """The surface over the mended images; what its expressions share they share still."""
+def _mended_in(owner: T, mended: Images) -> T:
+    """A surface or world over the mended images; what its expressions share they share still."""
     known: dict[int, Expression] = {}
 
     def mend(value: Any) -> Any:
@@ -56,4 +68,4 @@ def _surface(surface: Surface, mended: Images) -> Surface:
             known[id(value)] = Expression(value.operation, inputs, mend(value.data))
         return known[id(value)]
 
-    return replace(surface, **{field.name: mend(getattr(surface, field.name)) for field in fields(surface)})
+    return replace(owner, **{field.name: mend(getattr(owner, field.name)) for field in fields(owner)})

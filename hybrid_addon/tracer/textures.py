@@ -17,7 +17,8 @@ def sample_texture(texture: Texture, u: Array, v: Array) -> Float32:
     m = texture.uv_transform
     x, y = m[0, 0] * u + m[0, 1] * v + m[0, 2], m[1, 0] * u + m[1, 1] * v + m[1, 2]
     closest = texture.interpolation == "CLOSEST"
-    return lookup(texture.pixels, x, y, texture.extension, texture.extension, closest)
+    along_u, along_v = ("REPEAT", "EXTEND") if texture.extension == "SPHERE" else (texture.extension,) * 2
+    return lookup(texture.pixels, x, y, along_u, along_v, closest)
 
 
 def sample_equirect(texture: Texture, direction: Array) -> Float32:

@@ -21,6 +21,7 @@ from ..scene import (
     SunLight,
     Surface,
     TriangleMesh,
+    World,
 )
 
 _SHARES = ("reflectivity", "opacity")
@@ -46,8 +47,18 @@ def validate(scene: Scene, settings: Settings, mask: Float32 | None) -> None:
     for shape in _shapes(scene):
         _check_shape(shape)
     _check_lights(scene)
-    _require(_finite(scene.world.radiance), f"world: radiance must be finite, got {scene.world.radiance}")
-    _require(bool(np.isfinite(scene.world.rotation).all()), "world: rotation must be finite")
+    for world in (scene.world, scene.world.backdrop):
+        _check_world(world or scene.world)
+
+
+def _check_world(world: World) -> None:
+    if isinstance(world.radiance, Expression):
+        _require(world.environment is None, "world: radiance varies by itself, it cannot have an environment, too")
+    else:
+        _require(_finite(world.radiance), f"world: radiance must be finite, got {world.radiance}")
+    _require(bool(np.isfinite(world.rotation).all()), "world: rotation must be finite")
+    if world.sun is not None:
+        _require(world.sun.threshold > 0, f"world: the sun's threshold must be > 0, got {world.sun.threshold}")
 
 
 def _shapes(scene: Scene) -> list[Sphere | Plane]:

@@ -174,7 +174,7 @@ def add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums, ta
         gone = gone.take(select(~gone.camera))
     scene.media.count_lost(gone.media[:, ~gone.camera], tally)
     if len(gone) and scene.plan.world:
-        sums.add_radiance(gone.sample, gone.throughput * scene.world.radiance(gone.direction), gone.branch)
+        sums.add_radiance(gone.sample, gone.throughput * scene.world.seen(gone.direction, gone.camera), gone.branch)
 
 
 def add_backed(

@@ -3,45 +3,58 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..scene import Float32, Float64, Texture, World
+from ..scene import Float32, Float64, SunLight, Texture, World
 from .blur import BLUR_ROUGHNESS, blurred, levels
-from .textures import equirect_coordinates, lookup, sample_equirect
-from .vectors import Array, matrix_times, select, take
-
-BAND = 64
-"""Rows of an image that are worked on at once: they stay in a core's cache."""
+from .sky import Sky
+from .textures import equirect_coordinates, lookup
+from .vectors import select, take
 
 
 class CompiledWorld:
     """World radiance by direction, and its irradiance to the first order of spherical harmonics, as EEVEE lights with.
 
-    is_black : no ray can bring anything back from it.
+    is_black : no ray can bring anything back from it.   gives_light : it has more than a backdrop.
+    suns     : lights that were taken out of it.
     """
 
     def __init__(self, world: World) -> None:
-        self._radiance = np.array(world.radiance, np.float32)[:, None]
-        self._environment = world.environment
-        self._rotation = np.asarray(world.rotation, np.float64)
-        self.is_black = not self._radiance.any()
-        self.has_environment = world.environment is not None and not self.is_black
-        self._constant = np.array(world.radiance, np.float64)[:, None]
+        sky = Sky(world, world.sun.threshold if world.sun else np.inf, world.limit)
+        self._sky, self._backdrop = sky, Sky(world.backdrop or world)
+        self.gives_light = not sky.is_black
+        self.is_black = sky.is_black and self._backdrop.is_black
+        self.suns: list[SunLight] = []
+        self._mean: Float64 = sky.factor.astype(np.float64)
         self._linear: Float64 | None = None
         self._blurred: dict[int, Texture] | None = None
-        if self.has_environment:
-            self._project()
+        if not sky.uniform:
+            sums = sky.sums()
+            self._mean, self._linear = lambert(sums.radiance / (4 * np.pi), sums.toward / (4 * np.pi), world.limit)
+            sun = sky.sun(sums, world.sun.angle, world.sun.cast_shadow) if world.sun else None
+            self.suns = [sun] if sun else []
+        if world.backdrop is None and (sky.uniform or not (world.sun or np.isfinite(world.limit))):
+            self._backdrop = sky
 
     def radiance(self, direction: Float32) -> Float32:
-        """Radiance (3, n) or (3, 1) from directions (3, n)."""
-        if not self.has_environment or self._environment is None:
-            return self._radiance
-        return self._radiance * sample_equirect(self._environment, matrix_times(self._rotation, direction))
+        """Radiance (3, n) or (3, 1) from directions (3, n), for rays that were reflected or refracted."""
+        return self._sky.radiance(direction)
+
+    def seen(self, direction: Float32, camera: NDArray[np.bool_]) -> Float32:
+        """The same where `camera` (n,) is False; else what a camera sees there."""
+        if self._backdrop is self._sky or not camera.any():
+            return self.radiance(direction)
+        result = np.empty(direction.shape, np.float32)
+        for sky, those in ((self._sky, ~camera), (self._backdrop, camera)):
+            if those.any():
+                result[:, those] = sky.radiance(direction[:, those])
+        return result
 
     def glossy(self, direction: Float32, roughness: Float32) -> Float32:
         """Radiance (3, n) from around directions (3, n), as a lobe of that roughness (n,) sees it."""
         if self._blurred is None:
-            return self._radiance
-        u, v = equirect_coordinates(matrix_times(self._rotation, direction))
+            return self._sky.factor
+        u, v = equirect_coordinates(self._sky.turned(direction))
         level = levels(roughness)
         lower = np.minimum(level.astype(np.intp), len(BLUR_ROUGHNESS) - 2)
         result = np.zeros(direction.shape, np.float32)
@@ -51,45 +64,33 @@ class CompiledWorld:
             for image, weight in ((self._blurred[i], 1 - t), (self._blurred[i + 1], t)):
                 found = lookup(image.pixels, take(u, here), take(v, here), "REPEAT", "EXTEND")
                 result[:, here] += weight * found[:3]
-        return self._radiance * result
+        return result
 
     def prepare_glossy(self, low: float, high: float) -> None:
         """Blur the environment for `glossy` of roughnesses from `low` to `high`."""
-        if self._environment is not None and self.has_environment:
-            self._blurred = blurred(self._environment, low, high)
+        if not self._sky.uniform:
+            self._blurred = blurred(self._sky.as_seen(), low, high)
 
     def irradiance_over_pi(self, normal: Float32) -> Float32:
         """E / pi, (3, n) or (3, 1), on surfaces of normal (3, n): what a white diffuse surface sends on."""
+        m = self._mean.astype(np.float32)
         if self._linear is None:
-            return self._constant.astype(np.float32)
-        n = matrix_times(self._rotation, normal)
+            return m
         k = self._linear.astype(np.float32)
-        c = self._constant.astype(np.float32)
-        e = np.stack([c[i] + k[i, 0] * n[0] + k[i, 1] * n[1] + k[i, 2] * n[2] for i in range(3)])
+        e = np.stack([m[i] + k[i, 0] * normal[0] + k[i, 1] * normal[1] + k[i, 2] * normal[2] for i in range(3)])
         return np.maximum(e, 0)
 
-    def _project(self) -> None:
-        """Project the image: E / pi = L00 Y00 + (2/3) sum L1m Y1m(n) (Ramamoorthi & Hanrahan 2001, A1 = 2/3 A0).
 
-        With the mean radiance m = 1/4pi int L and the mean vector v = 1/4pi int L w dw this is m + 2 v.n.
-        """
-        assert self._environment is not None
-        pixels = self._environment.pixels
-        height, width = pixels.shape[:2]
-        edges = np.linspace(-np.pi / 2, np.pi / 2, height + 1)
-        latitude, longitude = (edges[:-1] + edges[1:]) / 2, -2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
-        share = np.diff(np.sin(edges)) / 2 / width  # of the sphere, for each texel of a row
-        basis = np.stack([np.ones(width), np.cos(longitude), np.sin(longitude)])
-        bands = (pixels[i : i + BAND].astype(np.float64) for i in range(0, height, BAND))
-        sums = np.concatenate([np.matmul(basis, band) for band in bands])[..., :3]  # (h, 3, rgb)
-        rows, horizontal = sums[:, 0], (sums[:, 1], sums[:, 2])
-        vector: Array = np.stack(
-            [
-                ((share * np.cos(latitude))[:, None] * horizontal[0]).sum(0),
-                ((share * np.cos(latitude))[:, None] * horizontal[1]).sum(0),
-                ((share * np.sin(latitude))[:, None] * rows).sum(0),
-            ],
-            axis=1,
-        )  # (rgb, xyz)
-        self._constant = self._constant * (share[:, None] * rows).sum(0)[:, None]
-        self._linear = 2 * vector * self._radiance.astype(np.float64)
+def lambert(mean: Float64, vector: Float64, limit: float) -> tuple[Float64, Float64]:
+    """(3, 1) and (3, 3) of E / pi = m + k n, from the mean radiance m (rgb,) and the mean of L w, v (rgb, xyz).
+
+    The first two orders of spherical harmonics, k = 2 v (Ramamoorthi & Hanrahan 2001, A1 = 2/3 A0), and what EEVEE
+    does to them: the second is made no larger than would go below 0 along an axis, and the radiance that both stand
+    for, m + 3 |v| at most, no brighter than the limit (spherical_harmonics_dering, _clamp).
+    """
+    largest = np.abs(vector).max(axis=1)
+    shares = mean[largest > 0] / (3 * largest[largest > 0])
+    vector = vector * min(1.0, float(shares.min(initial=1.0)))
+    peak = float((mean + 3 * np.sqrt((vector * vector).sum(axis=1))).max())
+    share = limit / peak if peak > limit else 1.0
+    return mean[:, None] * share, 2 * vector * share

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections import OrderedDict
 
 import bpy
 import numpy as np
 import pytest
 
 from hybrid_addon.blender.sync import Warnings, translate
+from hybrid_addon.blender.sync import sky as sky_module
 from hybrid_addon.blender.sync.image import Images
 from hybrid_addon.blender.sync.world import translate_world
+from hybrid_addon.expressions import walk
 
 pytestmark = pytest.mark.blender
 
@@ -69,29 +72,81 @@ def test_an_environment_image_with_strength_and_rotation(scene, warn):
     assert list(warn) == []
 
 
-def test_what_an_environment_cannot_do_is_warned_of(scene, warn):
+def test_what_is_more_than_turned_and_tinted_is_an_expression(scene, warn):
     b_node = environment(scene, output="Object", Location=(1, 0, 0))
-    world(scene, warn)
-    text = "\n".join(warn)
-    assert "location" in text
-    assert "'Texture Coordinate'" in text
-    b_node.projection = "MIRROR_BALL"
-    scene.world.color = (0.5, 0.25, 0.125)
     found = world(scene, warn)
     assert found.environment is None
-    assert found.radiance == pytest.approx((0.5, 0.25, 0.125))
-    assert "mirror ball" in "\n".join(warn)
+    assert [e.operation for e in walk(found.radiance)] == ["image", "equirect", "affine", "attribute"]
+    b_node.projection = "MIRROR_BALL"
+    assert "mirror_ball" in [e.operation for e in walk(world(scene, warn).radiance)]
+    assert list(warn) == []
 
 
-def test_a_sky_falls_back_to_the_viewport_colour_by_name(scene, warn):
+def test_an_environment_without_an_image_is_pink_as_in_eevee(scene, warn):
+    environment(scene).image = None
+    assert world(scene, warn).radiance == (1, 0, 1)
+    assert "no image" in next(iter(warn))
+
+
+def sky(scene, kind="PREETHAM", **settings):
     b_sky = scene.world.node_tree.nodes.new("ShaderNodeTexSky")
+    b_sky.sky_type = kind
+    for name, value in settings.items():
+        setattr(b_sky, name, value)
     scene.world.node_tree.links.new(b_sky.outputs[0], background(scene).inputs["Color"])
+    return b_sky
+
+
+@pytest.fixture
+def small_skies(monkeypatch):
+    """Skies of few pixels; the list of those that are drawn."""
+    drawn, draw = [], sky_module._draw
+    monkeypatch.setattr(sky_module, "HEIGHT", 32)
+    monkeypatch.setattr(sky_module, "_kept", OrderedDict())
+    monkeypatch.setattr(sky_module, "_draw", lambda settings: drawn.append(settings) or draw(settings))
+    return drawn
+
+
+def test_a_sky_is_drawn_once_where_its_sun_is(scene, warn, small_skies):
+    kinds = {item.identifier for item in bpy.types.ShaderNodeTexSky.bl_rna.properties["sky_type"].enum_items}
+    atmosphere = "NISHITA" if "NISHITA" in kinds else "SINGLE_SCATTERING"
+    b_sky = sky(scene, atmosphere, sun_rotation=0.0, sun_elevation=0.3)  # it stands over +Y
+    background(scene).inputs["Strength"].default_value = 0.5
+    found = world(scene, warn)
+    assert (list(warn), found.radiance) == ([], (0.5, 0.5, 0.5))
+    pixels = found.environment.pixels
+    assert pixels.shape == (32, 64, 4)
+    row, column = np.unravel_index(pixels[..., 0].argmax(), (32, 64))
+    assert (row, column) == pytest.approx((17, 15.5), abs=2)  # just over the horizon, at u = 0.25
+    assert pixels[:14, :, :3].mean() < 0.2 * pixels[18:, :, :3].mean()
+    assert world(scene, warn).environment.pixels is pixels
+    b_sky.sun_disc = False  # EEVEE draws none
+    assert world(scene, warn).environment.pixels is pixels
+    assert len(small_skies) == 1
+
+
+def test_a_sky_that_cannot_be_drawn_is_the_viewport_colour_by_name(scene, warn, small_skies, monkeypatch):
+    monkeypatch.setattr(sky_module, "_blender", lambda: ["nowhere/blender"])
+    sky(scene)
     scene.world.color = (0.5, 0.25, 0.125)
-    assert world(scene, warn).radiance == pytest.approx((0.5, 0.25, 0.125))
-    assert next(iter(warn)).startswith("world 'World': 'Color' of node 'Background'")
+    background(scene).inputs["Strength"].default_value = 2.0
+    for _ in range(2):
+        assert world(scene, warn).radiance == pytest.approx((1.0, 0.5, 0.25))
+    (line,) = warn
+    assert line.startswith("world 'World': node 'Sky Texture': the Blender that was to draw it failed: ")
+    assert line.endswith("; the world's viewport colour is used")
+    assert len(small_skies) == 1
 
 
-def test_the_first_background_behind_a_mix_is_used(scene, warn):
+def test_a_sky_that_takes_too_long_is_given_up(scene, warn, small_skies, monkeypatch):
+    monkeypatch.setattr(sky_module, "SECONDS", 0.05)
+    sky(scene)
+    assert world(scene, warn).environment is None
+    assert "took more than" in next(iter(warn))
+
+
+def mixed(scene, factor=None):
+    """Backgrounds of 0.5 and of red, behind a Mix Shader."""
     b_tree = scene.world.node_tree
     b_mix, b_other = b_tree.nodes.new("ShaderNodeMixShader"), b_tree.nodes.new("ShaderNodeBackground")
     background(scene).inputs["Color"].default_value = (0.5, 0.5, 0.5, 1)
@@ -99,8 +154,36 @@ def test_the_first_background_behind_a_mix_is_used(scene, warn):
     b_tree.links.new(background(scene).outputs[0], b_mix.inputs[1])
     b_tree.links.new(b_other.outputs[0], b_mix.inputs[2])
     b_tree.links.new(b_mix.outputs[0], b_tree.nodes["World Output"].inputs["Surface"])
-    assert world(scene, warn).radiance == (0.5, 0.5, 0.5)
-    assert "'Mix Shader'" in next(iter(warn))
+    if factor is not None:
+        b_tree.links.new(factor, b_mix.inputs[0])
+
+
+def test_backgrounds_are_mixed(scene, warn):
+    mixed(scene)
+    assert world(scene, warn).radiance == (0.75, 0.25, 0.25)
+    assert list(warn) == []
+
+
+def test_camera_rays_can_see_another_world(scene, warn):
+    b_path = scene.world.node_tree.nodes.new("ShaderNodeLightPath")
+    mixed(scene, b_path.outputs["Is Camera Ray"])
+    found = world(scene, warn)
+    assert (found.radiance, found.backdrop.radiance) == ((0.5, 0.5, 0.5), (1, 0, 0))
+    assert list(warn) == []
+
+
+def test_sun_and_clamping_are_eevees(scene, warn):
+    assert (world(scene, warn).sun.threshold, world(scene, warn).limit) == (10.0, 10.0)
+    scene.world.sun_threshold = scene.eevee.clamp_surface_indirect = 0.0
+    assert world(scene, warn).sun is None
+    assert world(scene, warn).limit == math.inf
+
+
+def test_a_shader_that_is_not_followed_is_named(scene, warn):
+    b_tree = scene.world.node_tree
+    b_tree.links.new(b_tree.nodes.new("ShaderNodeBsdfDiffuse").outputs[0], b_tree.nodes["World Output"].inputs[0])
+    assert world(scene, warn).radiance == (0, 0, 0)
+    assert list(warn) == ["world 'World': node 'Diffuse BSDF' (Diffuse BSDF) is not followed; it is black"]
 
 
 # ------------------------------------------------------------------------------------------------ as a background set

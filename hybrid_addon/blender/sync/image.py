@@ -61,7 +61,7 @@ class Images:
 
     def _from_file(self, b_image: bpy.types.Image, path: str, state: tuple[object, ...]) -> Float32 | None:
         """Its pixels, kept for the next frame unless there is something to be said of them each time."""
-        raw, said = _read_file(path), len(tuple(self._warn))
+        raw, said = read_file(path), len(tuple(self._warn))
         if raw is None:
             return None
         pixels = self._finished(b_image, raw, premultiplied=b_image.alpha_mode == "PREMUL", encoded=True)
@@ -71,7 +71,7 @@ class Images:
 
     def _finished(self, b_image: bpy.types.Image, raw: Float32, *, premultiplied: bool, encoded: bool) -> Float32:
         """`raw` (h, w, channels) with four channels, straight alpha and linear colour."""
-        rgba = _four_channels(raw)
+        rgba = four_channels(raw)
         if b_image.alpha_mode == "NONE":
             rgba[..., 3] = 1.0
         elif premultiplied:
@@ -139,7 +139,7 @@ def frame_path(path: str, frame: int) -> str:
 # ------------------------------------------------------------------------------------------------ reading
 
 
-def _read_file(path: str) -> Float32 | None:
+def read_file(path: str) -> Float32 | None:
     """(h, w, channels) float32 as stored (neither linearised nor premultiplied), row 0 at the bottom."""
     oiio = _openimageio()
     if oiio is None or not os.path.isfile(path):
@@ -194,7 +194,7 @@ def _openimageio() -> ModuleType | None:
 # ------------------------------------------------------------------------------------------------ channels and colour
 
 
-def _four_channels(raw: Float32) -> Float32:
+def four_channels(raw: Float32) -> Float32:
     """(h, w, 4) from grey, grey + alpha, RGB or RGBA; alpha is 1 where there is none."""
     height, width, channels = raw.shape
     rgba = np.ones((height, width, 4), np.float32)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import bpy
 import numpy as np
 from mathutils import Euler, Matrix, Vector
 
-from ...scene import RGB, Float32, Float64, Texture
+from ...scene import RGB, Float32, Texture
 from .image import Images
 from .messages import Warnings
-from .nodes import Node, Socket
-
-MAX_NODES_SEARCHED = 64  # upstream of one socket, in search of an image
+from .nodes import Node
 
 
 class NodeReader:
@@ -21,15 +20,20 @@ class NodeReader:
 
     owner : how warnings name the tree, such as "material 'Glass'".
     approximate : something could not be followed: EEVEE draws more than the translated surface knows.
+    camera      : of a world, whether camera rays see it, or those that light and are mirrored; None: a surface.
+    unseen      : of a world, the colour where a sky cannot be drawn.
+    light_path  : a world's Light Path node was asked, so that the two may differ.
     """
 
-    def __init__(self, owner: str, images: Images, warn: Warnings) -> None:
+    def __init__(self, owner: str, images: Images, warn: Warnings, camera: bool | None = None) -> None:
         self.owner = owner
         self.images = images
         self._warn = warn
         self.values: dict[Any, Any] = {}  # of nodes' outputs, for `values`
         self.nested = 0
-        self.approximate = False
+        self.approximate = self.light_path = False
+        self.camera = camera
+        self.unseen: RGB | None = None
 
     def warn(self, text: str) -> None:
         """Warn, in the owner's name."""
@@ -68,33 +72,6 @@ class NodeReader:
             f"{_brief(value)} is used"
         )
         return value
-
-
-def image_node_upstream(reader: NodeReader, node: Node, name: str, kind: str) -> Node | None:
-    """The nearest node of that kind that feeds an input; other nodes on the way are warned of and left out."""
-    socket = node.input(name)
-    found = None if socket.is_constant() else _nearest(socket, kind)
-    between = socket.node()
-    if found and between and found.b_node != between.b_node:
-        reader.give_up(
-            f"{socket.name!r} of node {node.name!r}: the image of {found.name!r} is used as it is, "
-            f"without node {between.name!r} between"
-        )
-    return found
-
-
-def _nearest(socket: Socket, kind: str) -> Node | None:
-    """The first node of that kind upstream, breadth first."""
-    queue = [socket]
-    for searched in queue:
-        node = searched.node()
-        if node is None:
-            continue
-        if node.kind == kind:
-            return node
-        if len(queue) < MAX_NODES_SEARCHED:
-            queue.extend(upstream for upstream in node.inputs() if not upstream.is_constant())
-    return None
 
 
 def image_texture(reader: NodeReader, node: Node) -> tuple[Texture, bool]:
@@ -151,19 +128,21 @@ def _vector_source(node: Node) -> tuple[Node | None, str]:
 
 
 def mapping_matrix(reader: NodeReader, node: Node) -> Matrix:
-    """(4, 4): what a Mapping node does to a vector; see Blender's manual, page Mapping Node."""
-    kind = node.b_node.vector_type
-    rotation = Euler(reader.vector(node, "Rotation"), "XYZ").to_matrix().to_4x4()
-    scale = Matrix.Diagonal((*reader.vector(node, "Scale"), 1.0))
-    if kind not in ("POINT", "TEXTURE"):
-        return rotation @ scale
-    forward = Matrix.Translation(reader.vector(node, "Location")) @ rotation @ scale
+    """(4, 4): what a Mapping node of constant settings does to a vector."""
+    location = reader.vector(node, "Location") if node.has_input("Location") else Vector()
+    return mapping(node.b_node.vector_type, location, reader.vector(node, "Rotation"), reader.vector(node, "Scale"))
+
+
+def mapping(kind: str, location: Sequence[float], rotation: Sequence[float], scale: Sequence[float]) -> Matrix:
+    """(4, 4); see Blender's manual, page Mapping Node."""
+    turned = Euler(rotation, "XYZ").to_matrix().to_4x4()
+    if kind == "NORMAL":
+        return turned @ Matrix.Diagonal((*(1 / s if s else 0.0 for s in scale), 1.0))
+    forward = turned @ Matrix.Diagonal((*scale, 1.0))
+    if kind == "VECTOR":
+        return forward
+    forward = Matrix.Translation(location) @ forward
     return forward if kind == "POINT" else forward.inverted_safe()
-
-
-def rotation_of(matrix: Matrix) -> Float64:
-    """(3, 3) float64: the linear part."""
-    return np.array(matrix.to_3x3(), dtype=np.float64)
 
 
 def _brief(value: Any) -> str:

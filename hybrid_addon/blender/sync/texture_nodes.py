@@ -1,4 +1,4 @@
-"""Nodes of textures that are formulas -> expressions; the formulas are in `procedural`. See `values`."""
+"""Nodes of textures that are formulas -> expressions, with the formulas in `procedural`; and skies. See `values`."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import bpy
 from ... import expressions as ex
 from ...procedural import cells
 from ...procedural.gabor import INTENSITY, PHASE, VALUE
-from ...scene import Value
+from ...scene import Expression, Texture, Value
 from .nodes import Node
+from .sky import baked, settings_of
 from .texture import NodeReader
 from .values import NODES, color, default_coordinates, number, once, value_of, vector
 
@@ -104,6 +105,18 @@ def _white_noise(node: Node, output: str, reader: NodeReader) -> Value:
     return ex.apply("white_noise_color" if output == "Color" else "white_noise", point, w, data=dimensions)
 
 
+def _sky(node: Node, output: str, reader: NodeReader) -> Value | None:
+    image = baked(settings_of(node.b_node))
+    if isinstance(image, str):
+        if reader.unseen is None:
+            return None
+        reader.give_up(f"node {node.name!r}: {image}; the world's viewport colour is used")
+        return reader.unseen
+    linked = node.has_input("Vector") and node.input("Vector").node() is not None
+    direction = vector(reader, node, "Vector") if linked else Expression("attribute", (), "generated")
+    return Expression("image", (ex.apply("equirect", direction),), Texture("sky", image, extension="SPHERE"))
+
+
 NODES.update(
     {
         "ShaderNodeTexChecker": _checker,
@@ -115,5 +128,6 @@ NODES.update(
         "ShaderNodeTexMagic": _magic,
         "ShaderNodeTexBrick": _brick,
         "ShaderNodeTexWhiteNoise": _white_noise,
+        "ShaderNodeTexSky": _sky,
     }
 )

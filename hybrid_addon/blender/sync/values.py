@@ -10,12 +10,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from mathutils import Matrix
 
 from ... import expressions as ex
-from ...scene import Expression, Value
+from ...scene import Expression, Texture, Value
+from .image import MISSING_COLOR
 from .nodes import Node, Socket
-from .texture import NodeReader, image_texture, mapping_matrix
+from .texture import NodeReader, image_texture, mapping
 
 Translator = Callable[[Node, str, NodeReader], Value | None]
 MAX_NESTED = 96
@@ -109,6 +109,23 @@ def _image(node: Node, output: str, reader: NodeReader) -> Value | None:
     return Expression("image_alpha" if output == "Alpha" else "image", coordinates, texture)
 
 
+def _environment(node: Node, output: str, reader: NodeReader) -> Value:
+    b_node = node.b_node
+    if b_node.image is None:
+        reader.warn(f"node {node.name!r} has no image; it is drawn pink")
+        return MISSING_COLOR[:3]
+    sphere = b_node.projection == "EQUIRECTANGULAR"
+    texture = Texture(
+        name=b_node.image.name,
+        pixels=reader.images.pixels(b_node.image, b_node.image_user),
+        extension="SPHERE" if sphere else "EXTEND",
+        interpolation="CLOSEST" if b_node.interpolation == "Closest" else "LINEAR",
+    )
+    linked = node.input("Vector").node() is not None
+    direction = vector(reader, node, "Vector") if linked else Expression("attribute", (), "position")
+    return Expression("image", (ex.apply("equirect" if sphere else "mirror_ball", direction),), texture)
+
+
 def _boxed(reader: NodeReader, texture: Any, point: Value, output: str, blend: float) -> Value:
     """Three views along the axes, mixed by the normal."""
     operation = "image_alpha" if output == "Alpha" else "image"
@@ -158,20 +175,14 @@ def default_coordinates(reader: NodeReader, node: Node) -> Any:
 
 
 def _mapping(node: Node, output: str, reader: NodeReader) -> Value:
-    matrix = np.array(mapping_matrix(reader, node) if _is_fixed(node, reader) else Matrix.Identity(4))[:3]
-    moved = ex.apply("affine", vector(reader, node, "Vector"), data=matrix)
-    return ex.apply("normalize", moved) if node.b_node.vector_type == "NORMAL" else moved
-
-
-def _is_fixed(node: Node, reader: NodeReader) -> bool:
-    moving = [n for n in ("Location", "Rotation", "Scale") if node.has_input(n) and not node.input(n).is_constant()]
-    return not moving or mapping_is_warned_of(node, reader, moving)
-
-
-def mapping_is_warned_of(node: Node, reader: NodeReader, moving: list[str]) -> bool:
-    """Warn that linked settings of a Mapping node are taken as constants."""
-    reader.give_up(f"node {node.name!r}: what is linked to {', '.join(moving)} is not followed; its own value is used")
-    return True
+    kind, given = node.b_node.vector_type, vector(reader, node, "Vector")
+    location = vector(reader, node, "Location") if kind in ("POINT", "TEXTURE") else (0.0, 0.0, 0.0)
+    rotation, scale = vector(reader, node, "Rotation"), vector(reader, node, "Scale")
+    if any(isinstance(value, Expression) for value in (location, rotation, scale)):
+        moved = ex.apply("mapping", given, location, rotation, scale, data=kind)
+    else:
+        moved = ex.apply("affine", given, data=np.array(mapping(kind, location, rotation, scale))[:3])
+    return ex.apply("normalize", moved) if kind == "NORMAL" else moved
 
 
 # ------------------------------------------------------------------------------------------------ normals, view
@@ -214,7 +225,14 @@ def _layer_weight(node: Node, output: str, reader: NodeReader) -> Value:
     return ex.apply("facing", COSINE, blend)
 
 
+LIGHT_RAYS = ("Is Glossy Ray", "Is Singular Ray", "Is Reflection Ray", "Is Transmission Ray")
+"""What EEVEE's rays to the world are when it is to light, all at once."""
+
+
 def _light_path(node: Node, output: str, reader: NodeReader) -> Value | None:
+    if reader.camera is not None:
+        reader.light_path = True
+        return float(output == "Is Camera Ray" if reader.camera else output in LIGHT_RAYS)
     if not output.startswith("Is "):
         return None
     value = float(output == "Is Camera Ray")
@@ -224,6 +242,7 @@ def _light_path(node: Node, output: str, reader: NodeReader) -> Value | None:
 
 NODES: dict[str, Translator] = {
     "ShaderNodeTexImage": _image,
+    "ShaderNodeTexEnvironment": _environment,
     "ShaderNodeTexCoord": _texture_coordinate,
     "ShaderNodeUVMap": _uv_map,
     "ShaderNodeAttribute": _attribute,

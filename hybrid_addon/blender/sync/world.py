@@ -1,110 +1,136 @@
-"""Blender's world -> scene.World: a colour, or an equirectangular image and its rotation."""
+"""Blender's world -> scene.World: what its nodes make of each direction, once for camera rays and once for light."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, cast
+
 import bpy
 import numpy as np
-from mathutils import Matrix
 
-from ...scene import RGB, Float64, Texture, World
+from ... import expressions as ex
+from ...scene import BLACK, RGB, Expression, World, WorldSun
+from . import texture_nodes as _textures  # noqa: F401  (these two add their nodes to the table of `values`)
+from . import value_nodes as _registered  # noqa: F401
 from .image import Images
 from .messages import Warnings
 from .nodes import Node, Socket, active_output, uses_nodes
-from .texture import NodeReader, image_node_upstream, mapping_matrix, rotation_of
+from .texture import NodeReader
+from .values import color, number
 
-MAX_SHADERS = 32  # looked through on the way to the Background node
+MAX_DEPTH = 32  # of Mix and Add Shaders below one another
+DIRECTION = ("generated", "position", "object")  # attributes that are a world's direction itself
 
 
 def translate_world(
     b_depsgraph: bpy.types.Depsgraph, b_scene: bpy.types.Scene, images: Images, warn: Warnings
 ) -> World:
-    """The scene's world with its animated values; black without one, its plain colour where nodes are not followed."""
+    """The scene's world with its animated values; black without one."""
     if b_scene.world is None:
         return World()
     b_world = b_scene.world.evaluated_get(b_depsgraph)
+    world = _seen(b_world, images, warn)
+    sun = WorldSun(b_world.sun_threshold, b_world.sun_angle, b_world.use_sun_shadow)
+    limit = b_scene.eevee.clamp_surface_indirect
+    return replace(world, sun=sun if sun.threshold > 0 else None, limit=limit if limit > 0 else float("inf"))
+
+
+def _seen(b_world: bpy.types.World, images: Images, warn: Warnings) -> World:
+    """What lights; with a backdrop if the nodes tell camera rays from others."""
     if not uses_nodes(b_world):
         return World(radiance=_rgb(b_world.color))
-    reader = NodeReader(f"world {b_world.name!r}", images, warn)
     output = active_output(b_world.node_tree)
     if output is None:
         return World()
+    name = f"world {b_world.name!r}"
     if output.input("Volume").node() is not None:
-        reader.warn("its volume is not traced")
-    background = _background(output.input("Surface"), reader)
-    return _from_background(background, _rgb(b_world.color), reader) if background else World()
+        warn.add(f"{name}: its volume is not traced")
+    seen = {}
+    for camera in (False, True):
+        reader = NodeReader(name, images, warn, camera)
+        reader.unseen = _rgb(b_world.color)
+        seen[camera] = _world(_radiance(output.input("Surface"), reader))
+        if not reader.light_path:
+            return seen[False]
+    return replace(seen[False], backdrop=seen[True])
 
 
-def _background(socket: Socket, reader: NodeReader) -> Node | None:
-    """The Background node behind `socket`; of a Mix or Add Shader the first branch that has one."""
-    queue = [socket]
-    for searched in queue:
-        node = searched.node()
-        if node is None:
-            continue
-        if node.kind in ("ShaderNodeBackground", "ShaderNodeEmission"):
-            return node
-        reader.warn(f"node {node.name!r} is not followed; the first background behind it is used")
-        if len(queue) < MAX_SHADERS:
-            queue.extend(upstream for upstream in node.inputs() if upstream.b_socket.type == "SHADER")
-    return None
+# ------------------------------------------------------------------------------------------------ shaders
 
 
-def _from_background(node: Node, viewport_color: RGB, reader: NodeReader) -> World:
-    """Of a Background (or Emission) node; where its colour is not followed, with the world's viewport colour."""
-    strength = reader.number(node, "Strength")
-    if node.input("Color").is_constant():
-        return World(radiance=_scaled(reader.color(node, "Color"), strength))
-    image = image_node_upstream(reader, node, "Color", "ShaderNodeTexEnvironment")
-    if image is None or not _is_equirectangular(image, reader):
-        reader.warn(
-            f"'Color' of node {node.name!r} comes from nodes that are not followed; the world's viewport colour is used"
-        )
-        return World(radiance=_scaled(viewport_color, strength))
-    return World(
-        radiance=(strength, strength, strength),
-        environment=_environment(image, reader),
-        rotation=_rotation(image, reader),
-    )
+def _radiance(socket: Socket, reader: NodeReader, depth: int = 0) -> Any:
+    """The colour, by direction, that the shader linked to `socket` sends."""
+    node = socket.node()
+    if node is None:
+        return BLACK
+    shader = SHADERS.get(node.kind)
+    if shader is None or depth > MAX_DEPTH:
+        reader.give_up(f"node {node.name!r} ({node.b_node.bl_label}) is not followed; it is black")
+        return BLACK
+    return shader(node, reader, depth)
 
 
-def _is_equirectangular(node: Node, reader: NodeReader) -> bool:
-    if node.b_node.image is None:
-        reader.warn(f"node {node.name!r} has no image")
-        return False
-    if node.b_node.projection != "EQUIRECTANGULAR":
-        reader.warn(f"node {node.name!r}: mirror ball projection is not followed")
-        return False
-    return True
+def _background(node: Node, reader: NodeReader, depth: int) -> Any:
+    strength = number(reader, node, "Strength")
+    return BLACK if strength == 0.0 else ex.as_color(ex.times(strength, color(reader, node, "Color")))
 
 
-def _environment(node: Node, reader: NodeReader) -> Texture:
-    b_node = node.b_node
-    return Texture(
-        name=b_node.image.name,
-        pixels=reader.images.pixels(b_node.image, b_node.image_user),
-        interpolation="CLOSEST" if b_node.interpolation == "Closest" else "LINEAR",
-    )
+def _mix(node: Node, reader: NodeReader, depth: int) -> Any:
+    factor = ex.clamped(number(reader, node, 0))
+    if factor in (0.0, 1.0):
+        return _radiance(node.input(1 + int(factor)), reader, depth + 1)
+    first, second = (_radiance(node.input(position), reader, depth + 1) for position in (1, 2))
+    return ex.apply("mix", factor, first, second)
 
 
-def _rotation(node: Node, reader: NodeReader) -> Float64:
-    """(3, 3): world direction -> look-up direction, by the Mapping nodes in front of the image."""
-    matrix = Matrix.Identity(4)
-    source = node.input("Vector").node()
-    while source and source.kind == "ShaderNodeMapping":
-        matrix = matrix @ mapping_matrix(reader, source)
-        node, source = source, source.input("Vector").node()
-    if any(matrix.translation):
-        reader.warn("the location in its Mapping node is not followed")
-    if source and not (source.kind == "ShaderNodeTexCoord" and node.input("Vector").output() == "Generated"):
-        reader.warn(f"node {node.name!r}: its vector comes from {source.name!r}, which is not followed")
-    rotation = rotation_of(matrix)
-    return rotation if np.isfinite(rotation).all() else np.eye(3)
+def _add(node: Node, reader: NodeReader, depth: int) -> Any:
+    first, second = (_radiance(node.input(position), reader, depth + 1) for position in (0, 1))
+    return ex.apply("add", first, second)
+
+
+SHADERS: dict[str, Callable[[Node, NodeReader, int], Any]] = {
+    "ShaderNodeBackground": _background,
+    "ShaderNodeEmission": _background,
+    "ShaderNodeMixShader": _mix,
+    "ShaderNodeAddShader": _add,
+}
+
+
+# ------------------------------------------------------------------------------------------------ the simplest form
+
+
+def _world(radiance: Any) -> World:
+    """A colour, an image that is only turned and tinted (it keeps its own pixels), or else an expression."""
+    if not isinstance(radiance, Expression):
+        return World(radiance=tuple(max(channel, 0.0) for channel in radiance))
+    factor, image = np.ones(3), cast(Any, radiance)
+    while image.operation == "multiply" and sum(isinstance(value, Expression) for value in image.inputs) == 1:
+        varies = 0 if isinstance(image.inputs[0], Expression) else 1
+        factor = factor * np.array(image.inputs[1 - varies])
+        image = image.inputs[varies]
+    rotation = _rotation_of(image)
+    if rotation is None or (factor < 0).any():
+        return World(radiance=radiance)
+    red, green, blue = factor.tolist()
+    return World((red, green, blue), environment=image.data, rotation=rotation)
+
+
+def _rotation_of(image: Expression) -> Any:
+    """(3, 3) that takes a world direction to that of an equirectangular image; None for anything else."""
+    if image.operation != "image" or not image.inputs or image.data.extension != "SPHERE":
+        return None
+    direction, rotation = image.inputs[0], np.eye(3)
+    if not isinstance(direction, Expression) or direction.operation != "equirect":
+        return None
+    direction = direction.inputs[0]
+    while isinstance(direction, Expression) and direction.operation == "affine" and not direction.data[:, 3].any():
+        rotation = rotation @ direction.data[:, :3]
+        direction = direction.inputs[0]
+    plain = isinstance(direction, Expression) and direction.operation == "attribute" and direction.data in DIRECTION
+    return rotation if plain and np.isfinite(rotation).all() else None
 
 
 def _rgb(values: bpy.types.bpy_prop_array) -> RGB:
     red, green, blue = values[:3]
     return red, green, blue
-
-
-def _scaled(color: RGB, factor: float) -> RGB:
-    return color[0] * factor, color[1] * factor, color[2] * factor

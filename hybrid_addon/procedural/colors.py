@@ -1,0 +1,58 @@
+"""Arithmetic of colours: hue, saturation and value, and the blend types of Mix Color that need more than one step."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .coordinates import three
+from .hashes import Array
+
+
+def rgb_to_hsv(color: Array) -> Array:
+    """Hue, saturation and value, all 0..1."""
+    color = three(color)
+    high, low = color.max(axis=0), color.min(axis=0)
+    spread = high - low
+    safe = np.where(spread > 0, spread, 1)
+    r, g, b = (high - color) / safe
+    hue = np.where(color[0] == high, b - g, np.where(color[1] == high, 2 + r - b, 4 + g - r)) / 6 % 1
+    return np.stack([np.where(spread > 0, hue, 0), np.where(high > 0, spread / np.where(high > 0, high, 1), 0), high])
+
+
+def hsv_to_rgb(hsv: Array) -> Array:
+    """Back again."""
+    h, s, v = hsv
+    ramps = np.stack([np.abs(h * 6 - 3) - 1, 2 - np.abs(h * 6 - 2), 2 - np.abs(h * 6 - 4)])
+    return ((np.clip(ramps, 0, 1) - 1) * s + 1) * v
+
+
+def hue_saturation(hue: Array, saturation: Array, value: Array, factor: Array, color: Array) -> Array:
+    """Hue/Saturation/Value."""
+    h, s, v = rgb_to_hsv(color)
+    shifted = np.stack([(h + hue[0] + 0.5) % 1, np.clip(s * saturation[0], 0, 1), v * value[0]])
+    return three(color) + (np.maximum(hsv_to_rgb(shifted), 0) - three(color)) * factor
+
+
+def screen(a: Array, b: Array) -> Array:
+    """Screen."""
+    return 1 - (1 - a) * (1 - b)
+
+
+def overlay(a: Array, b: Array) -> Array:
+    """Overlay."""
+    return np.where(a < 0.5, 2 * a * b, 1 - 2 * (1 - a) * (1 - b))
+
+
+def soft_light(a: Array, b: Array) -> Array:
+    """Soft Light."""
+    return (1 - a) * b * a + a * screen(a, b)
+
+
+def dodge(a: Array, b: Array) -> Array:
+    """Color Dodge."""
+    return np.where(a == 0, 0, np.where(b >= 1, 1, np.minimum(a / np.where(b < 1, 1 - b, 1), 1)))
+
+
+def burn(a: Array, b: Array) -> Array:
+    """Color Burn."""
+    return np.clip(1 - (1 - a) / np.where(b > 0, b, 1e-30), 0, 1)
