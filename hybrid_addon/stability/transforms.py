@@ -142,14 +142,18 @@ def _() -> Measured:
     return Measured(int(np.count_nonzero(wrong)), f"{took:.2f} s for 1e5 instances", first)
 
 
-def cost(n: int) -> float:
-    """CPU seconds to build and trace hilly ground of 2 n^2 triangles in a small picture, the least of two."""
+def hilly(n: int) -> TriangleMesh:
+    """Ground of 2 n^2 triangles."""
     y, x = (a.ravel() for a in np.mgrid[0 : n + 1, 0 : n + 1])
     hills = np.stack([x / n * 4 - 2, y / n * 4 - 2, 0.1 * np.sin(x * (40 / n)) * np.sin(y * (40 / n))], axis=1)
     a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
     faces = np.concatenate([np.stack([a, a + 1, a + n + 2], 1), np.stack([a, a + n + 2, a + n + 1], 1)])
-    lens = build.camera(size=(16, 16))
-    scene = build.make_scene((build.mesh(hills, faces), build.matte()), camera=lens, lights=(LAMP,))
+    return build.mesh(hills, faces)
+
+
+def cost(n: int) -> float:
+    """CPU seconds to build and trace hilly ground of 2 n^2 triangles in a small picture, the least of two."""
+    scene = build.make_scene((hilly(n), build.matte()), camera=build.camera(size=(16, 16)), lights=(LAMP,))
     found = []
     for _ in range(2):
         began = time.process_time()
@@ -169,6 +173,27 @@ def cost(n: int) -> float:
 def _() -> Measured:
     small, large = cost(400), cost(800)
     return Measured(large / (4 * small), f"{large:.2f} CPU seconds for 1 280 000 triangles, building included")
+
+
+@THEME.case(
+    33,
+    "drops-on-a-large-mesh",
+    "200 drops of water on 3.2e5 triangles, which each of them may touch",
+    "made ready in at most three times the time of 200 drops of lead",
+    3.0,
+    "times",
+)
+def _() -> Measured:
+    ground, drop, rng = hilly(400), build.icosphere(2, 0.02), np.random.default_rng(33)
+    places = [build.translation(x, y, 0.1) for x, y in rng.uniform(-2, 2, (200, 2))]
+
+    def seconds(surface: Surface) -> float:
+        drops = ((drop, surface, {"matrix_world": place}) for place in places)
+        scene = build.make_scene((ground, build.matte()), *drops, camera=build.camera(size=(4, 4)))
+        return min(build.shoot(scene).time["build"]["cpu"] for _ in range(2))
+
+    water, lead = seconds(build.glass(1.33)), seconds(build.matte())
+    return Measured(water / lead, f"{water:.2f} CPU seconds")
 
 
 @THEME.case(

@@ -8,7 +8,7 @@ a glass that stands on a table swells into it: its foot is then below the table 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,36 +22,16 @@ from .constants import (
     SWELLING,
     THIN_CLEARANCE,
     THIN_WALL,
-    TOUCH_PAIRS,
 )
 from .geometry import Geometry
 from .media import Media
 from .soup import facets_of
 from .surfaces import SurfaceTable
+from .touching import Bodies, neighbour_extent, primitives_of
 from .vectors import cross, dot
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
-
-
-@dataclass(eq=False)
-class _Bodies:
-    """Candidates for solids, one column each: closed meshes that transmit, then spheres.
-
-    first, size : (b,) their primitives first .. first + size - 1.
-    low, high   : (b, 3) bounds.   extent : (b,) largest |coordinate|.   thickness : (b,) signed, 2 volume / area.
-    """
-
-    first: Numbers
-    size: Numbers
-    low: Float64
-    high: Float64
-    extent: Float64
-    thickness: Float64
-
-    def take(self, index: Numbers) -> _Bodies:
-        """The bodies `index`, in that order."""
-        return _Bodies(*(getattr(self, n)[index] for n in ("first", "size", "low", "high", "extent", "thickness")))
 
 
 def find_solids(scene: Scene, geometry: Geometry, table: SurfaceTable) -> tuple[Geometry, Media]:
@@ -62,7 +42,7 @@ def find_solids(scene: Scene, geometry: Geometry, table: SurfaceTable) -> tuple[
     bodies = _bodies(scene, geometry, transmits)
     is_thin = np.abs(bodies.thickness) < THIN_WALL * bodies.extent
     thin = np.zeros(len(transmits), bool)
-    thin[_primitives(bodies.take(np.flatnonzero(is_thin)))] = True
+    thin[primitives_of(bodies.take(np.flatnonzero(is_thin)))] = True
     if thin.any():
         geometry = replace(geometry, extent=np.where(thin, THIN_CLEARANCE * geometry.extent, geometry.extent))
     solids = bodies.take(np.flatnonzero((bodies.thickness > 0) & ~is_thin))
@@ -70,7 +50,7 @@ def find_solids(scene: Scene, geometry: Geometry, table: SurfaceTable) -> tuple[
     solids = solids.take(np.lexsort((solids.first, diagonal)))
     geometry, rows = _swell(geometry, solids)
     rank = np.full(len(transmits), len(solids.first), np.int32)
-    rank[_primitives(solids)] = np.repeat(np.arange(len(solids.first)), solids.size)
+    rank[primitives_of(solids)] = np.repeat(np.arange(len(solids.first)), solids.size)
     inside = _inside_of(geometry, transmits, solids)
     return geometry, Media(
         rank,
@@ -83,13 +63,7 @@ def find_solids(scene: Scene, geometry: Geometry, table: SurfaceTable) -> tuple[
     )
 
 
-def _primitives(bodies: _Bodies) -> Numbers:
-    """All primitives of bodies, body by body."""
-    parts = [np.arange(f, f + n) for f, n in zip(bodies.first.tolist(), bodies.size.tolist(), strict=True)]
-    return np.concatenate([np.zeros(0, np.intp), *parts])
-
-
-def _inside_of(geometry: Geometry, transmits: Bools, solids: _Bodies) -> Numbers:
+def _inside_of(geometry: Geometry, transmits: Bools, solids: Bodies) -> Numbers:
     """The surface (b,) that says what each solid is made of: that of its first primitive that transmits."""
     clear = np.flatnonzero(transmits)
     first = clear[np.searchsorted(clear, solids.first)] if len(solids.first) else solids.first
@@ -97,7 +71,7 @@ def _inside_of(geometry: Geometry, transmits: Bools, solids: _Bodies) -> Numbers
 
 
 def _absorption(
-    geometry: Geometry, table: SurfaceTable, solids: _Bodies, inside: Numbers
+    geometry: Geometry, table: SurfaceTable, solids: Bodies, inside: Numbers
 ) -> tuple[Float64 | None, Float64 | None]:
     """Of solids and of vacuum (3, b + 1), for all rays and for shadow rays; None where nothing absorbs.
 
@@ -109,7 +83,7 @@ def _absorption(
     return absorption, absorption * np.append(geometry.shadow[solids.first], False)
 
 
-def _bodies(scene: Scene, geometry: Geometry, transmits: Bools) -> _Bodies:
+def _bodies(scene: Scene, geometry: Geometry, transmits: Bools) -> Bodies:
     """Closed bodies that transmit and that all rays can see."""
     g, nt, ns = geometry, geometry.triangle_count, geometry.sphere_count
     seen = g.camera & g.secondary
@@ -127,7 +101,7 @@ def _bodies(scene: Scene, geometry: Geometry, transmits: Bools) -> _Bodies:
     low, high, extent, thickness = _measure(g, start, size)
     balls = np.flatnonzero((transmits & seen)[nt : nt + ns])
     center, radius = g.sphere_center[balls], g.sphere_radius[balls]
-    return _Bodies(
+    return Bodies(
         np.concatenate([start, balls + nt]),
         np.concatenate([size, np.ones(len(balls), np.intp)]),
         np.concatenate([low, center - radius[:, None]]),
@@ -182,7 +156,7 @@ def _edges_match(triangles: Int32, nv: int) -> bool:
 # ------------------------------------------------------------------------------------------------ touching solids
 
 
-def _swell(geometry: Geometry, solids: _Bodies) -> tuple[Geometry, int]:
+def _swell(geometry: Geometry, solids: Bodies) -> tuple[Geometry, int]:
     """Let solids swell into larger ones and into other things that they may touch; and how many a ray may be in."""
     count = len(solids.first)
     if count == 0:
@@ -195,7 +169,7 @@ def _swell(geometry: Geometry, solids: _Bodies) -> tuple[Geometry, int]:
     meets = meets | meets.T
     np.fill_diagonal(meets, False)
     rows = min(MAX_MEDIA, 2 + int(np.max(meets.sum(axis=1))))  # a solid may overlap itself
-    neighbour = _neighbour_extent(geometry, solids)
+    neighbour = neighbour_extent(geometry, solids)
     level = (neighbour > 0).astype(float)
     for i in range(count - 2, -1, -1):
         level[i] = max(level[i], 1 + np.max(level[i + 1 :], where=meets[i, i + 1 :], initial=-1.0))
@@ -205,71 +179,7 @@ def _swell(geometry: Geometry, solids: _Bodies) -> tuple[Geometry, int]:
     return _swollen(geometry, solids, np.minimum(amount, MAX_SWELLING * diagonal)), rows
 
 
-def _neighbour_extent(g: Geometry, solids: _Bodies) -> Float64:
-    """(b,) the largest extent of triangles and planes, of no solid, that each solid touches; 0: it touches none."""
-    flat = np.ones(len(g.surface), bool)
-    flat[_primitives(solids)] = False
-    flat[g.triangle_count : g.triangle_count + g.sphere_count] = False
-    others = np.flatnonzero(flat)
-    triangles = others[others < g.triangle_count]
-    low, high = np.full((2, len(others), 3), np.inf)
-    low = -low
-    low[: len(triangles)] = g.vertices[g.triangles[triangles]].min(axis=1)
-    high[: len(triangles)] = g.vertices[g.triangles[triangles]].max(axis=1)
-    extent = g.extent[others].astype(np.float64)
-    result = np.zeros(len(solids.first))
-    for i in range(len(result)):
-        reach = SWELLING * solids.extent[i] + NEIGHBOUR_SWELLING * extent
-        meets = (low <= solids.high[i] + reach[:, None]) & (high >= solids.low[i] - reach[:, None])
-        near = np.flatnonzero(meets.all(axis=1))
-        touched = near[_touches(g, solids, i, others[near], reach[near])]
-        result[i] = np.max(extent[touched], initial=0.0)
-    return result
-
-
-def _touches(g: Geometry, solids: _Bodies, body: int, prims: Numbers, reach: Float64) -> Bools:
-    """Which of the triangles and planes `prims` (p,) have a point of the body's surface within `reach` (p,) of them.
-
-    For a mesh its vertices are asked, for a sphere the point that is nearest to the plane.
-    """
-    first = int(solids.first[body])
-    facets = g.facets[prims]
-    if first >= g.triangle_count:
-        ball = first - g.triangle_count
-        center, radius = g.sphere_center[ball].astype(np.float64), float(g.sphere_radius[ball])
-        side = facets[:, :3] @ center - facets[:, 3]
-        points = center - np.sign(side)[:, None] * radius * facets[:, :3]
-        return (np.abs(np.abs(side) - radius) <= reach) & _inside(g, prims, points, reach)
-    used = np.unique(g.triangles[first : first + int(solids.size[body])])
-    points = g.vertices[used].astype(np.float64)
-    found = np.zeros(len(prims), bool)
-    step = max(1, TOUCH_PAIRS // len(points))
-    for start in range(0, len(prims), step):
-        part = slice(start, start + step)
-        close = np.abs(facets[part, :3] @ points.T - facets[part, 3:]) <= reach[part, None]
-        which, point = np.nonzero(close)
-        inside = _inside(g, prims[part][which], points[point], reach[part][which])
-        found[start + which[inside]] = True
-    return found
-
-
-def _inside(g: Geometry, prims: Numbers, points: Float64, reach: Float64) -> Bools:
-    """(n,) whether points (n, 3) near the planes of `prims` (n,) lie over the triangle, or `reach` (n,) beside it."""
-    inside = np.ones(len(prims), bool)
-    is_triangle = prims < g.triangle_count
-    chosen = prims[is_triangle]
-    corners = g.vertices[g.triangles[chosen]].astype(np.float64)
-    normal = g.facets[chosen, :3]
-    for k in range(3):
-        edge = corners[:, (k + 1) % 3] - corners[:, k]
-        inward = np.cross(normal, edge)
-        length = np.sqrt((inward**2).sum(axis=1))
-        depth = ((points[is_triangle] - corners[:, k]) * inward).sum(axis=1)
-        inside[is_triangle] &= depth >= -reach[is_triangle] * length
-    return inside
-
-
-def _swollen(g: Geometry, solids: _Bodies, amount: Float64) -> Geometry:
+def _swollen(g: Geometry, solids: Bodies, amount: Float64) -> Geometry:
     """Move the vertices of solids outward by `amount` (b,), along the mean normals of their places."""
     vertices, facets, extent, radius = g.vertices.copy(), g.facets.copy(), g.extent.copy(), g.sphere_radius.copy()
     for body in np.flatnonzero(amount).tolist():

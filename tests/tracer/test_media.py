@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from hybrid_addon.scene import Settings, Sphere, SunLight, World
-from hybrid_addon.tracer import plan, trace
+from hybrid_addon.tracer import plan, touching, trace
+from hybrid_addon.tracer.geometry import flatten
 from hybrid_addon.tracer.solids import is_closed
 
 GLASS, WATER = 1.5, 1.33
@@ -330,3 +331,28 @@ def test_the_shadow_of_a_thin_wall_is_that_of_both_faces(build):
     )
     r = fresnel(1, GLASS)
     np.testing.assert_allclose(picture(s).radiance[8, 8], np.array([1, 0.25, 0]) * (1 - r) / (1 + r), rtol=1e-5)
+
+
+@pytest.mark.parametrize("block", [1, 7, 10**6])
+def test_what_a_solid_touches_does_not_depend_on_what_is_asked_first(build, monkeypatch, block):
+    """Glass balls and cubes over, in and beside bumpy ground: the same as when all is compared with all."""
+    rng = np.random.default_rng(3)
+    x, y = np.meshgrid(np.linspace(-2, 2, 12), np.linspace(-2, 2, 12))
+    cells = [12 * i + j for i in range(11) for j in range(11)]
+    triangles = [t for k in cells for t in ((k, k + 1, k + 13), (k, k + 13, k + 12))]
+    ground = build.mesh(np.stack([x, y, np.round(rng.random(x.shape) * 2) / 4], -1).reshape(-1, 3), triangles)
+    parts = [(ground, build.matte())]
+    for k in range(8):
+        shape = build.box((-0.2, -0.2, 0), (0.2, 0.2, 0.4)) if k % 2 else build.icosphere(1, 0.25)
+        place = build.translation(*rng.uniform(-1.8, 1.8, 2), np.round(rng.random() * 2) / 4)
+        parts.append((shape, build.glass(1.5), {"matrix": place}))
+    scene = build.scene(*parts)
+    scene = replace(scene, spheres=(Sphere("ball", (0.3, 0.2, 0.75), 0.25, 1),))
+    found = []
+    for size in (256, block):
+        monkeypatch.setattr(touching, "BLOCK", size)
+        found.append(plan.prepare(scene, Settings()).geometry)
+    np.testing.assert_array_equal(found[0].vertices, found[1].vertices)
+    np.testing.assert_array_equal(found[0].sphere_radius, found[1].sphere_radius)
+    untouched = flatten(scene, [{}] * len(scene.surfaces))
+    assert (found[0].vertices != untouched.vertices).any()

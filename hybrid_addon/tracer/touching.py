@@ -1,0 +1,148 @@
+"""Bodies that may be solids, and which other things they touch: a glass and the table that it stands on.
+
+Only what is near is compared: boxes of triangles in a row are asked first, then single ones, then points and planes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float64
+from .constants import NEIGHBOUR_SWELLING, SWELLING, TOUCH_PAIRS
+from .geometry import Geometry
+
+Bools = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
+
+BLOCK = 256
+"""Triangles in a row that are looked at together: mostly neighbours."""
+
+
+@dataclass(eq=False)
+class Bodies:
+    """Candidates for solids, one column each: closed meshes that transmit, then spheres.
+
+    first, size : (b,) their primitives first .. first + size - 1.
+    low, high   : (b, 3) bounds.   extent : (b,) largest |coordinate|.   thickness : (b,) signed, 2 volume / area.
+    """
+
+    first: Numbers
+    size: Numbers
+    low: Float64
+    high: Float64
+    extent: Float64
+    thickness: Float64
+
+    def take(self, index: Numbers) -> Bodies:
+        """The bodies `index`, in that order."""
+        return Bodies(*(getattr(self, n)[index] for n in ("first", "size", "low", "high", "extent", "thickness")))
+
+
+def primitives_of(bodies: Bodies) -> Numbers:
+    """All primitives of bodies, body by body."""
+    parts = [np.arange(f, f + n) for f, n in zip(bodies.first.tolist(), bodies.size.tolist(), strict=True)]
+    return np.concatenate([np.zeros(0, np.intp), *parts])
+
+
+@dataclass(eq=False)
+class _Boxes:
+    """Boxes low, high (p, 3) of primitives, with room for what touches them, and of each BLOCK of them in a row."""
+
+    low: Float64
+    high: Float64
+
+    def __post_init__(self) -> None:
+        self.starts = np.arange(0, len(self.low), BLOCK)
+        if len(self.low):
+            self.lowest = np.minimum.reduceat(self.low, self.starts, axis=0)
+            self.highest = np.maximum.reduceat(self.high, self.starts, axis=0)
+
+    def near(self, bottom: Float64, top: Float64) -> list[Numbers]:
+        """The primitives whose boxes meet the box (bottom, top), block by block."""
+        if len(self.low) == 0:
+            return []
+        blocks = np.flatnonzero(((self.lowest <= top) & (self.highest >= bottom)).all(axis=1))
+        found = []
+        for start in self.starts[blocks].tolist():
+            part = slice(start, start + BLOCK)
+            found.append(start + np.flatnonzero(((self.low[part] <= top) & (self.high[part] >= bottom)).all(axis=1)))
+        return [some for some in found if len(some)]
+
+
+def neighbour_extent(g: Geometry, solids: Bodies) -> Float64:
+    """(b,) the largest extent of triangles and planes, of no solid, that each solid touches; 0: it touches none."""
+    flat = np.ones(len(g.surface), bool)
+    flat[primitives_of(solids)] = False
+    flat[g.triangle_count : g.triangle_count + g.sphere_count] = False
+    others = np.flatnonzero(flat)
+    triangles = others[others < g.triangle_count]
+    extent = g.extent[others].astype(np.float64)
+    margin = NEIGHBOUR_SWELLING * extent
+    low, high = np.full((2, len(others), 3), np.inf)
+    low = -low
+    low[: len(triangles)] = g.vertices[g.triangles[triangles]].min(axis=1) - margin[: len(triangles), None]
+    high[: len(triangles)] = g.vertices[g.triangles[triangles]].max(axis=1) + margin[: len(triangles), None]
+    boxes, result = _Boxes(low, high), np.zeros(len(solids.first))
+    for i in range(len(result)):
+        own = SWELLING * float(solids.extent[i])
+        points = _points(g, solids, i)
+        for near in boxes.near(solids.low[i] - own, solids.high[i] + own):
+            reach = own + margin[near]
+            if points is None:
+                touched = near[_ball_touches(g, int(solids.first[i]), others[near], reach)]
+            else:
+                around = (points >= low[near].min(axis=0) - own) & (points <= high[near].max(axis=0) + own)
+                touched = near[_touches(g, points[around.all(axis=1)], others[near], reach)]
+            result[i] = max(result[i], np.max(extent[touched], initial=0.0))
+    return result
+
+
+def _points(g: Geometry, solids: Bodies, body: int) -> Float64 | None:
+    """The vertices (n, 3) of a body; None: it is a sphere."""
+    first = int(solids.first[body])
+    if first >= g.triangle_count:
+        return None
+    return g.vertices[np.unique(g.triangles[first : first + int(solids.size[body])])].astype(np.float64)
+
+
+def _ball_touches(g: Geometry, first: int, prims: Numbers, reach: Float64) -> Bools:
+    """Which of the triangles and planes `prims` (p,) have the nearest point of the sphere `first` within `reach`."""
+    ball, facets = first - g.triangle_count, g.facets[prims]
+    center, radius = g.sphere_center[ball].astype(np.float64), float(g.sphere_radius[ball])
+    side = facets[:, :3] @ center - facets[:, 3]
+    points = center - np.sign(side)[:, None] * radius * facets[:, :3]
+    return (np.abs(np.abs(side) - radius) <= reach) & _inside(g, prims, points, reach)
+
+
+def _touches(g: Geometry, points: Float64, prims: Numbers, reach: Float64) -> Bools:
+    """Which of the triangles and planes `prims` (p,) have one of the points (n, 3) within `reach` (p,) of them."""
+    found = np.zeros(len(prims), bool)
+    if len(points) == 0:
+        return found
+    facets, step = g.facets[prims], max(1, TOUCH_PAIRS // len(points))
+    for start in range(0, len(prims), step):
+        part = slice(start, start + step)
+        close = np.abs(facets[part, :3] @ points.T - facets[part, 3:]) <= reach[part, None]
+        which, point = np.nonzero(close)
+        inside = _inside(g, prims[part][which], points[point], reach[part][which])
+        found[start + which[inside]] = True
+    return found
+
+
+def _inside(g: Geometry, prims: Numbers, points: Float64, reach: Float64) -> Bools:
+    """(n,) whether points (n, 3) near the planes of `prims` (n,) lie over the triangle, or `reach` (n,) beside it."""
+    inside = np.ones(len(prims), bool)
+    is_triangle = prims < g.triangle_count
+    chosen = prims[is_triangle]
+    corners = g.vertices[g.triangles[chosen]].astype(np.float64)
+    normal = g.facets[chosen, :3]
+    for k in range(3):
+        edge = corners[:, (k + 1) % 3] - corners[:, k]
+        inward = np.cross(normal, edge)
+        length = np.sqrt((inward**2).sum(axis=1))
+        depth = ((points[is_triangle] - corners[:, k]) * inward).sum(axis=1)
+        inside[is_triangle] &= depth >= -reach[is_triangle] * length
+    return inside
