@@ -28,6 +28,7 @@ from ..scene import (
     Surface,
     Texture,
     World,
+    WorldSun,
 )
 from ..tracer import trace
 from . import build, film, invariance, strength, transforms
@@ -36,12 +37,12 @@ from .compare import films_differ, largest
 
 THEME = invariance.THEME
 HYBRID: dict[str, Any] = {
-    "see": "FLAGGED", "samples": 8, "max_depth": 3, "adaptive": 0.5, "shadow_samples": 1, "cutoff": 1 / 255,
+    "see": "FLAGGED", "samples": 8, "max_depth": 3, "adaptive": 0.5, "shadow_samples": 1, "cutoff": 1 / 255, "rough_samples": 2,
     "raster_shadows": True, "caustics": "PHOTONS", "photons": 1 << 13,
     "passes": frozenset({"raster_backed", "samples"}),
 }  # fmt: skip
 SIZE = (36, 27)
-ALL = "lens, layers, bump, absorption, soft lights, shadows, photons, backed hits"
+ALL = "lens, layers, rough metal, bump, absorption, linked soft lights, shadows, photons, backed hits"
 
 
 def image(seed: int, height: int, width: int) -> Texture:
@@ -53,7 +54,9 @@ def lamps() -> tuple[PointLight | SpotLight | SunLight | AreaLight, ...]:
     """One of each kind, all with a size."""
     return (
         PointLight("ball", (1, -1, 2), (2, 2, 2), radius=0.125, soft_falloff=False),
-        SpotLight("spot", (-2, -1, 3), (5, 4, 3), range=8.0, radius=0.25),
+        SpotLight(
+            "spot", (-2, -1, 3), (5, 4, 3), range=8.0, radius=0.25, receivers=frozenset({0, 1}), blockers=frozenset({1})
+        ),
         SunLight("sun", (0.5, 0.25, 1), (0.5, 0.5, 0.5), angle=0.125),
         AreaLight("area", (0, 1, 3), (0, 0, -1), (0.5, 0, 0), (0, 0.25, 0), (2, 1, 1), "ELLIPSE", range=16.0),
     )
@@ -79,10 +82,10 @@ def effects(unit: float = 1.0) -> Scene:
             replace(plastic, coat=0.5, sheen=0.25),
             {"matrix_world": build.translation(-1, 0, 0.5)},
         ),
-        (build.quad([(1, 1, 0.5), (2, 1, 0.5), (2, 1, 1.5), (1, 1, 1.5)]), metal),
+        (build.quad([(1, 1, 0.5), (2, 1, 0.5), (2, 1, 1.5), (1, 1, 1.5)]), metal, {"moves": True}),
         camera=build.camera((0.5, -4, 2), (0, 0, 0.5), (0, 0, 1), SIZE, 0.5),
         lights=lamps(),
-        world=World((0.5, 0.5, 0.5), image(2, 8, 16)),
+        world=World((0.5, 0.5, 0.5), image(2, 8, 16), sun=WorldSun(0.45, 0.25)),
     )
     drawn = trace(scene, Settings(samples=1, see="RASTER", threads=1, passes=frozenset({"depth"})))
     pixels = np.concatenate([drawn.radiance, np.ones((*SIZE[::-1], 1), np.float32)], axis=2)
