@@ -433,6 +433,8 @@ class Settings:
     shadow_samples : rays to each light that has a size, for each hit, spread over the light; 0 = hard shadows.
     rough_samples : rays for each reflection and refraction of a rough surface that a camera ray meets; further on they
                     take one. 0 = rough surfaces mirror sharply.
+    occlusion_samples : rays for each hit that the world lights, to find how much of it is hidden; 0 = it is in sight.
+    occlusion_distance : metres, > 0; what is further away hides nothing.
     adaptive      : 0 = all samples in every pixel; else pixels stop at 4 whose samples and neighbours agree in what
                     they met and, within this contrast, in colour. What brings less than this share does not count.
     caustics      : "SIMPLE": shadows of what refracts are brighter in their middle, and darker at their rim, as if it
@@ -461,6 +463,8 @@ class Settings:
     keep: frozenset[str] = frozenset()
     shadow_samples: int = 1
     rough_samples: int = 0
+    occlusion_samples: int = 0
+    occlusion_distance: float = float("inf")
     raster_shadows: bool = False
     caustics: Literal["NONE", "SIMPLE", "PHOTONS"] = "NONE"
     photons: int = 1 << 19

@@ -6,6 +6,7 @@ layer, translates the scene, traces the masked pixels and hands the traced half 
 
 from __future__ import annotations
 
+import math
 import os
 import platform
 from collections.abc import Callable
@@ -167,6 +168,8 @@ def tracer_settings(scene: bpy.types.Scene) -> Settings:
         adaptive=scene.hybrid.adaptive,
         shadow_samples=scene.hybrid.shadow_samples,
         rough_samples=scene.hybrid.rough_samples,
+        occlusion_samples=scene.hybrid.occlusion_samples,
+        occlusion_distance=scene.hybrid.occlusion_distance or scene.eevee.fast_gi_distance or math.inf,
         raster_shadows=pipeline.traces_shadows(scene),
         caustics=scene.hybrid.caustics if scene.hybrid.traced_shadows else "NONE",
         photons=scene.hybrid.photons,
@@ -199,6 +202,8 @@ def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:
         "time_budget",
         "shadow_samples",
         "rough_samples",
+        "occlusion_samples",
+        "occlusion_distance",
         "traced_shadows",
         "caustics",
         "photons",

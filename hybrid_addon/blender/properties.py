@@ -237,6 +237,22 @@ class HybridSceneSettings(PropertyGroup):
         soft_max=16,
         update=_scene_changed,
     )
+    occlusion_samples: IntProperty(  # type: ignore[valid-type]
+        name="Occlusion Samples",
+        description="Rays that find how much of the world's diffuse light is hidden in corners; 0 hides none, as EEVEE",
+        default=0,
+        min=0,
+        max=64,
+        soft_max=16,
+    )
+    occlusion_distance: FloatProperty(  # type: ignore[valid-type]
+        name="Occlusion Distance",
+        description="What is further away hides nothing; 0 takes the distance of EEVEE's Fast GI, if it has one",
+        default=0.0,
+        min=0.0,
+        soft_max=100.0,
+        unit="LENGTH",
+    )
     traced_shadows: BoolProperty(  # type: ignore[valid-type]
         name="Traced Shadows",
         description="Trace the shadows of ray traced objects on what EEVEE draws: glass lets light through",

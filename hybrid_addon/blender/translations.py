@@ -145,6 +145,14 @@ GERMAN = {
     "Rays for each reflection and refraction of a rough metal or glass; 0 mirrors and refracts sharply": (
         "Strahlen für jede Spiegelung und Brechung von rauem Metall oder Glas; 0 spiegelt und bricht scharf"
     ),
+    "Occlusion Samples": "Samples für Verdeckung",
+    "Rays that find how much of the world's diffuse light is hidden in corners; 0 hides none, as EEVEE": (
+        "Strahlen, die finden, wie viel vom diffusen Licht der Welt in Ecken verdeckt ist; 0 verdeckt nichts, wie EEVEE"
+    ),
+    "Occlusion Distance": "Reichweite der Verdeckung",
+    "What is further away hides nothing; 0 takes the distance of EEVEE's Fast GI, if it has one": (
+        "Was weiter weg ist, verdeckt nichts; 0 nimmt die Reichweite von EEVEEs Fast GI, wenn es eine hat"
+    ),
     "Shadow Samples": "Schatten-Samples",
     "Rays to each light with a size, for each sample of a pixel; 0 draws hard shadows": (
         "Strahlen zu jedem Licht mit Ausdehnung, für jedes Sample eines Pixels; 0 zeichnet harte Schatten"

@@ -182,6 +182,10 @@ class HYBRID_RENDER_PT_light(SettingsPanel, bpy.types.Panel):
         layout.prop(settings, "raster_backed")
         layout.prop(settings, "shadow_samples")
         layout.prop(settings, "rough_samples")
+        layout.prop(settings, "occlusion_samples")
+        column = layout.column()
+        column.active = settings.enabled and settings.occlusion_samples > 0
+        column.prop(settings, "occlusion_distance")
         layout.prop(settings, "traced_shadows")
         column = layout.column()
         column.active = settings.enabled and settings.traced_shadows

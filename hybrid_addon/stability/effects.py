@@ -39,10 +39,11 @@ THEME = invariance.THEME
 HYBRID: dict[str, Any] = {
     "see": "FLAGGED", "samples": 8, "max_depth": 3, "adaptive": 0.5, "shadow_samples": 1, "cutoff": 1 / 255,
     "raster_shadows": True, "caustics": "PHOTONS", "photons": 1 << 13, "rough_samples": 2,
+    "occlusion_samples": 2,
     "passes": frozenset({"raster_backed", "samples"}),
 }  # fmt: skip
 SIZE = (36, 27)
-ALL = "lens, layers, rough metal, bump, absorption, linked soft lights, shadows, photons, backed hits"
+ALL = "lens, layers, rough metal, occlusion, bump, absorption, linked soft lights, shadows, photons, backed hits"
 
 
 def image(seed: int, height: int, width: int) -> Texture:

@@ -32,6 +32,7 @@ class CompiledScene:
 
     geometry, media, surfaces, world, lights, plan : see their modules; `lights` holds those that can light anything.
     seen_by_camera, seen_by_secondary : what camera rays and all later rays can hit.
+    occluders : what hides the world from points, or None: nothing does.
     backing : what raster-backed hits are looked up in, or None.
     """
 
@@ -61,6 +62,8 @@ class CompiledScene:
         g = self.geometry
         self.seen_by_camera = self._set(g.camera)
         self.seen_by_secondary = self._set(g.secondary if self.plan.secondary else np.zeros_like(g.secondary))
+        hides = g.secondary & ~self.surfaces.transmits[g.surface]
+        self.occluders = self._set(hides) if self.plan.occlusion else None
         self._make_shadow_sets(g.shadow, np.zeros_like(g.shadow))
 
     def _make_shadow_sets(self, casts: NDArray[np.bool_], blocks: NDArray[np.bool_]) -> None:
@@ -124,7 +127,7 @@ class CompiledScene:
         other.seen_by_camera = self._set(g.camera & ~g.ray_traced)
         secondary = g.secondary & ~g.ray_traced
         other.seen_by_secondary = self._set(secondary if self.plan.secondary else np.zeros_like(secondary))
-        other.backing = None  # the raster is what is being worked out
+        other.backing = other.occluders = None  # the raster is what is being worked out
         bends = g.ray_traced & self.surfaces.refracts[g.surface]
         blocks = bends if self.settings.caustics == "PHOTONS" else np.zeros_like(bends)
         if blocks.any() or not shadowed:

@@ -57,6 +57,7 @@ PRUNINGS = (
     Pruning("secondary", "exact if", "the search tree for reflected and refracted rays", "there are no such rays"),
     Pruning("emission", "exact if", "emission", "no surface that rays reach emits"),
     Pruning("ambient", "exact if", "ambient light", "the world is black, or no surface that rays reach answers to it"),
+    Pruning("occlusion", "exact if", "ambient occlusion", "no light of the world is left, or nothing can hide it"),
     Pruning("diffuse", "exact if", "diffuse light", "no surface that rays reach answers to it"),
     Pruning("highlights", "exact if", "highlights", "no surface that rays reach has one"),
     Pruning("black-lights", "exact", "lights", "they are black"),
@@ -96,6 +97,7 @@ class Plan:
                 do.
     soft_shadows : shadow rays may go to points spread over their lights.
     rough     : rays leave rough surfaces by random microfacets.
+    occlusion : work out how much of the world's diffuse light is hidden.
     raster_shadows : work out the shadows of flagged objects on all others.
     backing   : secondary rays may meet what the raster shows.
     applies   : pruning -> whether it is made.   skipped : what was left out: {"what", "why", "count"}.
@@ -116,6 +118,7 @@ class Plan:
     world: bool
     soft_shadows: bool
     rough: bool
+    occlusion: bool
     raster_shadows: bool
     backing: bool
     applies: dict[str, bool] = field(default_factory=dict)
@@ -124,7 +127,7 @@ class Plan:
     @property
     def draws(self) -> bool:
         """Whether hits need random numbers."""
-        return self.soft_shadows or self.rough
+        return self.soft_shadows or self.rough or self.occlusion
 
     @property
     def local(self) -> bool:
@@ -258,6 +261,10 @@ def make_plan(
     escapes = not spare("world", world.is_black, "the world is black")
     why = "no reachable surface answers to it" if world.gives_light else "the world is black"
     ambient = not spare("ambient", not world.gives_light or none(table.shades_ambient), why, n)
+    hides = geometry.secondary & ~table.transmits[geometry.surface]
+    why = "nothing can hide the world" if ambient else why
+    occlusion = settings.occlusion_samples > 0
+    occlusion = occlusion and not spare("occlusion", not (ambient and hides.any()), why, n)
     answer = table.shades_diffuse | table.shades_specular
     lights = _useful_lights(lights, geometry, (answer & reachable)[geometry.surface], notes)
     why = "no reachable surface answers to it" if lights else "there is no light"
@@ -296,6 +303,7 @@ def make_plan(
         world=escapes,
         soft_shadows=soft,
         rough=rough,
+        occlusion=occlusion,
         raster_shadows=raster_shadows,
         backing=backed,
         applies=notes.applies,

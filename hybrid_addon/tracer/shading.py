@@ -20,6 +20,7 @@ from .interaction import Interaction, shadow_origin
 from .layers import ggx_highlight
 from .lights import CompiledLight, Illumination, angular_radius, illuminate, shadow_rays
 from .media import Stack, transmittance
+from .occlusion import open_share
 from .primitives import PrimitiveSet
 from .rays import offset_origin, origin_offset
 from .scattering import both_faces, fresnel_dielectric, mirrored, phong, schlick, simple_caustic
@@ -42,7 +43,7 @@ def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cu
     plan, color = scene.plan, hit.value("base_color")
     radiance = np.zeros(color.shape, np.float32)
     if plan.ambient:
-        _add_ambient(scene, hit, radiance)
+        _add_ambient(scene, hit, radiance, tally)
     if plan.diffuse or plan.specular:
         color = color * (hit.value("diffuse") * INVERSE_PI)
         point = hit.point.astype(np.float32)
@@ -127,12 +128,15 @@ def _cut_faint(arriving: Float32, lit: Illumination, cut: Cut, tally: Tally) -> 
     tally.add("shadow_cut", len(faint))
 
 
-def _add_ambient(scene: CompiledScene, hit: Interaction, radiance: Float32) -> None:
+def _add_ambient(scene: CompiledScene, hit: Interaction, radiance: Float32, tally: Tally) -> None:
     """Add the light of the world: what is diffuse, and its blurred image in the reflections that no ray follows."""
     lit = select(hit.table.shades_ambient.take(hit.surface))
     if count(lit, len(hit.prim)):
         color = hit.value("base_color", lit) * hit.value("ambient", lit)
-        radiance[:, lit] += color * scene.world.irradiance_over_pi(take(hit.n_shading, lit))
+        color = color * scene.world.irradiance_over_pi(take(hit.n_shading, lit))
+        if scene.occluders is not None and hit.draws is not None:
+            color *= open_share(scene, scene.occluders, hit, lit, tally)
+        radiance[:, lit] += color
     blurred = select(hit.table.blurs.take(hit.surface))
     if count(blurred, len(hit.prim)) == 0:
         return

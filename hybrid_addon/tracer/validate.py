@@ -91,6 +91,11 @@ def _check_settings(settings: Settings) -> None:
     _require(
         settings.shadow_samples >= 0, f"settings: shadow_samples must be at least 0, got {settings.shadow_samples}"
     )
+    _require(
+        settings.occlusion_samples >= 0 and settings.occlusion_distance > 0,
+        f"settings: occlusion_samples must be at least 0 and occlusion_distance more, "
+        f"got {settings.occlusion_samples} and {settings.occlusion_distance}",
+    )
     _require(settings.rough_samples >= 0, f"settings: rough_samples must be at least 0, got {settings.rough_samples}")
     _require(0 <= settings.cutoff < 1, f"settings: cutoff must lie in 0..1, got {settings.cutoff}")
     _require(0 <= settings.adaptive < 1, f"settings: adaptive must lie in 0..1, got {settings.adaptive}")

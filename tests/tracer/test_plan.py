@@ -10,7 +10,7 @@ from hybrid_addon.scene import AreaLight, PointLight, Settings, SpotLight, SunLi
 from hybrid_addon.tracer import accel, trace
 from hybrid_addon.tracer.plan import PRUNINGS, describe
 
-ALL = Settings(samples=2, see="ALL", threads=1, rough_samples=1)
+ALL = Settings(samples=2, see="ALL", threads=1, rough_samples=1, occlusion_samples=1)
 LAMP = PointLight("p", (1, -2, 4), (20, 20, 20))
 
 

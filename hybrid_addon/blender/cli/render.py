@@ -55,6 +55,8 @@ def add(verbs: Verbs) -> None:
     )  # fmt: skip
     render.add_argument("--adaptive", type=number(0, 0.99), metavar="X", help="contrast; 0: all samples everywhere")
     render.add_argument("--shadow-samples", type=number(0, 1024, int), metavar="N", help="0: hard shadows")
+    render.add_argument("--occlusion-samples", type=number(0, 64, int), metavar="N", help="0: no ambient occlusion")
+    render.add_argument("--occlusion-distance", type=number(0, 1e6), metavar="METRES", help="0: as EEVEE's Fast GI")
     render.add_argument("--rough-samples", type=number(0, 64, int), metavar="N", help="0: rough mirrors are sharp")
     render.add_argument(
         "--traced-shadows", action=argparse.BooleanOptionalAction,
@@ -173,6 +175,8 @@ def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, A
         time_budget=arguments.time_budget,
         shadow_samples=arguments.shadow_samples,
         rough_samples=arguments.rough_samples,
+        occlusion_samples=arguments.occlusion_samples,
+        occlusion_distance=arguments.occlusion_distance,
         traced_shadows=arguments.traced_shadows,
         caustics=arguments.caustics,
         photons=arguments.photons,
