@@ -88,9 +88,15 @@ def effects(unit: float = 1.0) -> Scene:
         lights=lamps(),
         world=World((0.5, 0.5, 0.5), image(2, 8, 16), sun=WorldSun(0.45, 0.25)),
     )
-    drawn = trace(scene, Settings(samples=1, see="RASTER", threads=1, passes=frozenset({"depth"})))
-    pixels = np.concatenate([drawn.radiance, np.ones((*SIZE[::-1], 1), np.float32)], axis=2)
-    return replace(scene, raster=Raster(pixels, drawn.passes["depth"], np.full((*SIZE[::-1], 3), 0.5, np.float32)))
+    return drawn(scene)
+
+
+def drawn(scene: Scene) -> Scene:
+    """The scene, and a raster of all that is not flagged."""
+    found = trace(scene, Settings(samples=1, see="RASTER", threads=1, passes=frozenset({"depth"})))
+    depth = found.passes["depth"]
+    pixels = np.concatenate([found.radiance, np.ones((*depth.shape, 1), np.float32)], axis=2)
+    return replace(scene, raster=Raster(pixels, depth, np.full((*depth.shape, 3), 0.5, np.float32)))
 
 
 def out_of_focus(scene: Scene) -> Scene:
@@ -202,6 +208,23 @@ def _() -> Measured:
     wrong = largest(dark.caustic, -light.caustic)
     few = both.rays["reflected"] < 2 * light.rays["reflected"]
     return Measured(wrong if few and np.any(light.caustic) else np.nan, "", light.caustic)
+
+
+@film.THEME.case(
+    32,
+    "smallest-pictures",
+    f"{ALL}: pictures of 1 x 1, 1 x 7, 7 x 1 and 3 x 5 pixels",
+    "finite; chunks of one pixel the same bit by bit",
+    0,
+)
+def _() -> Measured:
+    found = []
+    for size in ((1, 1), (1, 7), (7, 1), (3, 5)):
+        lens = replace(effects().camera, resolution=size, window=(0, 0, *size))
+        scene = drawn(replace(effects(), raster=None, camera=lens))
+        whole, pieces = (build.shoot(scene, chunk=chunk, **HYBRID) for chunk in (1 << 16, 1))
+        found.append(differ(whole, pieces) if np.isfinite(whole.radiance).all() else np.nan)
+    return Measured(max(found, key=lambda error: (np.isnan(error), error)))
 
 
 # ------------------------------------------------------------------------------------------------ instances

@@ -34,7 +34,7 @@ from .shading import visibility
 from .spawn import Split, children, share_out
 from .tally import Tally
 from .varying import resolve
-from .vectors import dot, largest_component, take
+from .vectors import dot, largest_component, select, take
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -170,6 +170,7 @@ class _Tracer:
             shares.append(share)
             on = np.flatnonzero(flagged)
             rays = self._onward(rays.take(on), at.take(on), t[on], draw, bent, wave, tally)
+            rays = rays.take(select(traceable(rays.origin, rays.direction)))
             wave += 1
         return np.concatenate(pixels), np.concatenate(shares, axis=1)
 
