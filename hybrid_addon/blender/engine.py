@@ -58,6 +58,9 @@ class HybridTracer(bpy.types.RenderEngine):
         if scene is None:
             self._fail("", f"scene '{depsgraph.scene.name}' {USE_EEVEE}")
             return
+        if results.current == depsgraph.scene.name:
+            self._fail(scene.name, f"'{depsgraph.scene.name}' is the add-on's own scene: render '{scene.name}' instead")
+            return
         try:
             from ..tracer import Cancelled
         except ImportError as error:

@@ -36,6 +36,7 @@ def _tick() -> float | None:
     global _undone, _again
     if bpy.app.is_job_running("RENDER"):
         return 0.5  # a render reads the scene on another thread: wait
+    _leave_our_scenes()
     if _again is not None:
         operator, _again = _again, None
         _in_window(operator)
@@ -52,6 +53,13 @@ def _tick() -> float | None:
     elif imported:
         push_undo()
     return None
+
+
+def _leave_our_scenes() -> None:
+    """When a scene is deleted, Blender shows any other one. Ours is none to work in: show the one that it traces."""
+    for window in bpy.context.window_manager.windows:
+        if pipeline.is_trace_scene(window.scene) and window.scene.background_set is not None:
+            window.scene = window.scene.background_set
 
 
 def push_undo() -> None:
@@ -181,9 +189,11 @@ _HANDLERS: tuple[tuple[str, Callable[..., None]], ...] = (
 
 
 def register() -> None:
-    """Add the handlers."""
+    """Add the handlers, and look at the file that is open already."""
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).append(handler)
+    if not bpy.app.background:
+        bpy.app.timers.register(_tick, first_interval=0.0)
 
 
 def unregister() -> None:

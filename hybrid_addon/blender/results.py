@@ -40,6 +40,7 @@ class Clock:
 frames: dict[str, Frame] = {}  # by scene name
 reports: dict[str, dict[str, Any]] = {}  # the last report of each scene, kept for the panel
 errors: dict[str, str] = {}  # why the last trace of a scene failed
+current = ""  # the scene that Blender is asked to render, or was last
 _starts: dict[str, Clock] = {}
 _ends: dict[str, Clock] = {}
 _sampled: dict[str, float] = {}  # when the last sample was taken
@@ -54,6 +55,8 @@ SHORTEST_TAIL = 0.02
 
 def start(scene: str) -> None:
     """A frame of this scene begins: forget the last one."""
+    global current
+    current = scene
     frames.pop(scene, None)
     errors.pop(scene, None)
     _ends.pop(scene, None)

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from random import Random
 
 import bpy
-from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import layers, nodes, pipeline
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import layers, nodes, pipeline, results
 
 SURFACES = ["MIRROR", "GLASS", "WATER", "DIAMOND"]
 OWN_NODES = {"BLUR", "FLIP"}
-PATIENCE = 30  # seconds for a small render
+PATIENCE = 100  # seconds for a small render on a busy machine
 FILE = ""  # where the walk saves; set by it
 LIBRARY = ""  # a file with a flagged object, a flagged collection and a hybrid scene
 
@@ -204,7 +204,7 @@ def render(_dice) -> Iterator[float]:
         handlers = getattr(bpy.app.handlers, name)
         if handler in handlers:
             handlers.remove(handler)
-    assert ended == ["render_complete"], (began, ended, bpy.app.is_job_running("RENDER"))
+    assert ended == ["render_complete"], (began, ended, bpy.app.is_job_running("RENDER"), results.errors)
 
 
 def save_and_reload(_dice):

@@ -3,7 +3,8 @@
 xvfb-blender --enable-event-simulate --python artist.py -- FOLDER
 
 Enables the add-on, ticks an object, presses F12, looks at insets and at one pixel, changes a slider and undoes that,
-saves, opens the file again, disables the add-on. Writes insets.png, traced.png, pixel.png, pixel.txt, disabled.png and
+saves, opens the file again, undoes an edit that the pipeline had followed, disables the add-on, enables and disables
+it with the file open. Writes insets.png, traced.png, pixel.png, pixel.txt, disabled.png and
 artist.blend there, and prints ARTIST: done.
 """
 
@@ -114,6 +115,22 @@ def steps() -> Iterator[float]:
     assert pipeline.is_active(bpy.context.scene) and bpy.context.scene.hybrid.insets
     assert [ob.name for ob in pipeline.own_collection(bpy.context.scene).objects] == ["Cube"]
     yield from rendered()
+    layer = bpy.context.view_layer.layer_collection.children["Collection"]
+    with bpy.context.temp_override(window=window()):
+        layer.exclude = True
+        bpy.ops.ed.undo_push(message="exclude")
+        yield 0.5  # the pipeline follows, by a step of its own
+        bpy.ops.ed.undo()
+    yield 0.5
+    assert not bpy.context.view_layer.layer_collection.children["Collection"].exclude, "one Ctrl Z is not enough"
+    bpy.ops.preferences.addon_disable(module=PACKAGE)
+    assert len(bpy.data.scenes) == 1
+    bpy.ops.preferences.addon_enable(module=PACKAGE)
+    for _ in range(50):
+        yield 0.1
+        if len(bpy.data.scenes) == 2:
+            break
+    assert len(bpy.data.scenes) == 2, "enabled with a hybrid file open, and it waits for an edit"
     bpy.ops.preferences.addon_disable(module=PACKAGE)
     yield 0.5
     assert len(bpy.data.scenes) == 1 and not hasattr(bpy.context.scene, "hybrid")
