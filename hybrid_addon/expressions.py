@@ -299,15 +299,19 @@ def expressions_of(surface: Surface) -> list[Expression]:
     values = [getattr(surface, field.name) for field in fields(surface)]
     if surface.base_color_texture is not None:
         values.append(Expression("image", (), surface.base_color_texture))
-    return [e for value in values for e in walk(value)]
+    return list(walk(*values))
 
 
-def walk(value: object) -> Iterator[Expression]:
-    """All expressions that a value is made of."""
-    if isinstance(value, Expression):
-        yield value
-        for given in value.inputs:
-            yield from walk(given)
+def walk(*values: object) -> Iterator[Expression]:
+    """All expressions that values are made of, each once: by sharing them, n nodes make up to 2 ** n paths."""
+    seen: set[int] = set()
+    waiting = list(reversed(values))
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, Expression) and id(value) not in seen:
+            seen.add(id(value))
+            yield value
+            waiting.extend(reversed(value.inputs))
 
 
 # ------------------------------------------------------------------------------------------------ working out

@@ -24,7 +24,8 @@ _LAYER_SETTINGS = (
 
 def source_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
     """The user's view layer that is rendered hybrid: the first one that is rendered at all."""
-    own = [layer for layer in scene.view_layers if not layer.get(MASK_MARK)]
+    layers = list(scene.view_layers)
+    own = [layer for layer in layers if not layer.get(MASK_MARK)] or layers[:1]  # whatever a file says of them
     marked = [layer for layer in own if layer.get(SOURCE_MARK)]
     used = [layer for layer in own if layer.use]
     found = (marked or used or own)[0]
@@ -35,7 +36,8 @@ def source_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
 
 def mask_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer | None:
     """The mask view layer, or None."""
-    return next((layer for layer in scene.view_layers if layer.get(MASK_MARK)), None)
+    source = source_layer(scene)
+    return next((layer for layer in scene.view_layers if layer.get(MASK_MARK) and layer != source), None)
 
 
 def sync_mask_layer(

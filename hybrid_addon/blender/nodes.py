@@ -16,10 +16,9 @@ from __future__ import annotations
 import bpy
 
 from . import memory
+from .group import GROUP_MARK, composite_group
 from .restore import Restore
 
-GROUP = "Hybrid Composite"
-GROUP_MARK = "hybrid_composite"
 SOURCE = "hybrid_source"  # on a Hybrid node: name of the Render Layers node that it stands in for
 ROLE = "hybrid_role"  # on nodes that we made: "mask", "trace", or "own" (made because the user had none)
 MUTED = "hybrid_muted"  # on the user's nodes that we muted
@@ -66,22 +65,31 @@ def tear_down(scene: bpy.types.Scene, restore: Restore) -> None:
     tree = compositor_tree(scene)
     if tree is not None:
         memory.remember(scene, _own(tree))
-        for node in [node for node in tree.nodes if is_stand_in(node)]:
-            _withdraw(tree, node, scene, None)
-        for node in tree.nodes:
-            _mute_ours(node, False)
-        for node in [node for node in tree.nodes if role(node) in {"mask", "trace"}]:
-            tree.nodes.remove(node)
+        _clean(tree, scene)
         _wake(tree, restore)
     _restore_tree(scene, tree, restore)
     remove_orphans()
 
 
 def remove_orphans() -> None:
-    """Remove trees of ours that no scene uses any more."""
+    """Remove trees of ours that no scene uses any more, and our nodes from the user's that none does."""
+    shown = [compositor_tree(scene) for scene in bpy.data.scenes]
+    for tree in bpy.data.node_groups:
+        if tree.library is None and tree.bl_idname == "CompositorNodeTree" and tree not in shown:
+            _clean(tree, None)
     for tree in list(bpy.data.node_groups):
         if tree.users == 0 and tree.library is None and (tree.get(ROLE) == "own" or tree.get(GROUP_MARK)):
             bpy.data.node_groups.remove(tree)
+
+
+def _clean(tree: bpy.types.NodeTree, scene: bpy.types.Scene | None) -> None:
+    """Take our nodes out of a tree, and leave the user's as they were."""
+    for node in [node for node in tree.nodes if is_stand_in(node)]:
+        _withdraw(tree, node, scene, None)
+    for node in tree.nodes:
+        _mute_ours(node, False)
+    for node in [node for node in tree.nodes if role(node) in {"mask", "trace"}]:
+        tree.nodes.remove(node)
 
 
 def needs_source(scene: bpy.types.Scene, source: bpy.types.ViewLayer, mode: str) -> bool:
@@ -248,13 +256,13 @@ def _beside(user_node: bpy.types.Node | None) -> tuple[float, float]:
     return (user_node.location.x + 260, user_node.location.y - 40) if user_node else (0.0, 0.0)
 
 
-def _is_user(node: bpy.types.Node, scene: bpy.types.Scene, layer: str | None) -> bool:
+def _is_user(node: bpy.types.Node, scene: bpy.types.Scene | None, layer: str | None) -> bool:
     if node.type != "R_LAYERS" or role(node) in {"mask", "trace"} or node.scene not in (None, scene):
         return False
     return (not node.mute or MUTED in node) and layer in (None, node.layer)
 
 
-def render_layers(tree: bpy.types.NodeTree, scene: bpy.types.Scene, layer: str | None) -> list[bpy.types.Node]:
+def render_layers(tree: bpy.types.NodeTree, scene: bpy.types.Scene | None, layer: str | None) -> list[bpy.types.Node]:
     """The user's Render Layers nodes that show this layer (None: any layer) of this scene."""
     return [node for node in tree.nodes if _is_user(node, scene, layer)]
 
@@ -290,7 +298,7 @@ def _own_render_layers(tree: bpy.types.NodeTree, which: str, scene: bpy.types.Sc
 
 def _insert(tree: bpy.types.NodeTree, user_node: bpy.types.Node) -> bpy.types.Node:
     node = tree.nodes.new("CompositorNodeGroup")
-    node.node_tree = _find_group() or _new_group()
+    node.node_tree = composite_group()
     node.label = "Hybrid"
     node[SOURCE] = user_node.name
     node.location = _beside(user_node)
@@ -307,7 +315,9 @@ def _divert(tree: bpy.types.NodeTree, user_node: bpy.types.Node, hybrid: bpy.typ
                 tree.links.new(link.to_socket, hybrid.outputs[name])
 
 
-def _withdraw(tree: bpy.types.NodeTree, hybrid: bpy.types.Node, scene: bpy.types.Scene, layer: str | None) -> None:
+def _withdraw(
+    tree: bpy.types.NodeTree, hybrid: bpy.types.Node, scene: bpy.types.Scene | None, layer: str | None
+) -> None:
     """Take a Hybrid node out again; if its Render Layers node was renamed, any other of this layer takes its links."""
     origin = tree.nodes.get(hybrid[SOURCE]) or next(iter(render_layers(tree, scene, layer)), None)
     for output in hybrid.outputs:
@@ -341,37 +351,3 @@ def _mute_ours(node: bpy.types.Node, value: bool) -> None:
     elif not value and MUTED in node:
         node.mute = False
         del node[MUTED]
-
-
-# ------------------------------------------------------------------------------------------------ the group
-
-
-def _find_group() -> bpy.types.NodeTree | None:
-    return next((group for group in bpy.data.node_groups if group.get(GROUP_MARK) and group.library is None), None)
-
-
-def _new_group() -> bpy.types.NodeTree:
-    """Raster, Traced -> Image, Alpha: the sum of all four channels, nothing clamped."""
-    group = bpy.data.node_groups.new(GROUP, "CompositorNodeTree")
-    group[GROUP_MARK] = True
-    for name in ("Raster", "Traced"):
-        group.interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketColor")
-    group.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
-    group.interface.new_socket("Alpha", in_out="OUTPUT", socket_type="NodeSocketFloat")
-    entrance, leave = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
-    halves = [group.nodes.new("CompositorNodeSeparateColor") for _ in range(2)]
-    whole = group.nodes.new("CompositorNodeCombineColor")
-    for half, output in zip(halves, entrance.outputs, strict=False):
-        group.links.new(half.inputs[0], output)
-    for channel in range(4):
-        add = group.nodes.new("ShaderNodeMath")
-        add.operation = "ADD"
-        for term, half in zip(add.inputs, halves, strict=False):
-            group.links.new(term, half.outputs[channel])
-        group.links.new(whole.inputs[channel], add.outputs[0])
-        add.location = (0, 300 - 160 * channel)
-    group.links.new(leave.inputs["Image"], whole.outputs[0])
-    group.links.new(leave.inputs["Alpha"], add.outputs[0])
-    entrance.location, leave.location, whole.location = (-600, 0), (500, 0), (250, 0)
-    halves[0].location, halves[1].location = (-350, 150), (-350, -150)
-    return group

@@ -195,3 +195,50 @@ def test_temporary_files_are_this_users_only_and_removed(scene, tmp_path, monkey
     with own.atomic(picture) as part:
         Path(part).write_text("new")
     assert (victim.read_text(), picture.read_text(), picture.is_symlink()) == ("mine", "new", False)
+
+
+def ladder(tree, kind, first, steps):
+    """Nodes that all take the one before twice: 2 ** steps ways lead through them."""
+    last = first
+    for _ in range(steps):
+        node = tree.nodes.new(kind)
+        for socket in list(node.inputs)[:2]:
+            tree.links.new(socket, last)
+        last = node.outputs[0]
+    return last
+
+
+def circle(tree, kind):
+    """Two nodes that take nothing but one another."""
+    a, b = tree.nodes.new(kind), tree.nodes.new(kind)
+    for node, other in ((a, b), (b, a)):
+        for socket in list(node.inputs)[:2]:
+            tree.links.new(socket, other.outputs[0])
+    return a.outputs[0]
+
+
+@pytest.mark.parametrize("build", [ladder, circle])
+@pytest.mark.parametrize("where", ["number", "surface", "volume"])
+def test_nodes_that_branch_without_end_end(scene, build, where):
+    material = bpy.data.objects["Cube"].data.materials[0]
+    tree = material.node_tree
+    output = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
+    shader = next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED")
+    first = {"number": ("ShaderNodeTexChecker", 1), "surface": ("ShaderNodeBsdfDiffuse", 0),
+             "volume": ("ShaderNodeVolumeAbsorption", 0)}[where]  # fmt: skip
+    kind = "ShaderNodeMath" if where == "number" else "ShaderNodeAddShader"
+    end = circle(tree, kind) if build is circle else ladder(tree, kind, tree.nodes.new(first[0]).outputs[first[1]], 31)
+    to = {"number": shader.inputs["Roughness"], "surface": output.inputs["Surface"], "volume": output.inputs["Volume"]}
+    tree.links.new(to[where], end)
+    assert hybrid.render(scene).image.shape == (16, 24, 4)
+
+
+def test_marks_of_ours_on_what_is_the_users(scene):
+    """A file may call anything ours: none of it goes, nothing fails."""
+    layer = scene.view_layers[0]
+    layer["hybrid_mask"] = layer["hybrid_source"] = scene["hybrid_trace"] = True
+    hybrid.enable(scene)
+    assert hybrid.render(scene).image.shape == (16, 24, 4)
+    hybrid.disable(scene)
+    assert list(bpy.data.scenes) == [scene]
+    assert list(scene.view_layers) == [layer]

@@ -87,3 +87,23 @@ def test_what_is_the_users_stays(scene, tmp_path):
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "file.blend"))
     assert [text.as_string() for text in bpy.data.texts] == ["mine"]
     assert bpy.context.scene[note.TITLE] == "mine"
+
+
+def test_a_compositor_tree_that_no_scene_uses_any_more_is_clean(scene):
+    """The user's own tree, kept by him when its scene went: Blender 5 shares trees, 4.5 has one in each scene."""
+    if bpy.app.version < (5, 0):
+        pytest.skip("trees live in their scenes")
+    hybrid.mark(bpy.data.objects["Cube"])
+    tree = scene.compositing_node_group = bpy.data.node_groups.new("Mine", "CompositorNodeTree")
+    tree.use_fake_user = True
+    tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+    layers, output = tree.nodes.new("CompositorNodeRLayers"), tree.nodes.new("NodeGroupOutput")
+    tree.links.new(output.inputs[0], layers.outputs["Image"])
+    hybrid.enable(scene)
+    assert len(tree.nodes) > 2
+    bpy.data.scenes.new("Other")
+    bpy.data.scenes.remove(scene)
+    pipeline.sync_all()
+    assert set(tree.nodes) == {layers, output}
+    assert list(bpy.data.node_groups) == [tree]
+    assert output.inputs[0].links[0].from_node == layers

@@ -19,7 +19,7 @@ from . import texture_nodes as _textures  # noqa: F401  (these two add their nod
 from . import value_nodes as _registered  # noqa: F401
 from .nodes import Node, Socket
 from .texture import NodeReader
-from .values import color, number, vector
+from .values import color, number, once, vector
 
 Share = Any  # a float or an expression
 Shares = tuple[Share, Share, Share]
@@ -36,10 +36,9 @@ def surface_from(socket: Socket, reader: NodeReader, depth: int = 0) -> Surface:
     node = socket.node()
     if node is None:
         return _opaque(BLACK)
-    if node.kind == "ShaderNodeMixShader" and depth < MAX_DEPTH:
-        return _mix(node, reader, depth + 1)
-    if node.kind == "ShaderNodeAddShader" and depth < MAX_DEPTH:
-        return _add(node, reader, depth + 1)
+    combine = COMBINED.get(node.kind) if depth < MAX_DEPTH else None
+    if combine is not None:
+        return once(reader, node, lambda: combine(node, reader, depth + 1), "surface", _opaque(BLACK))
     shader = SHADERS.get(node.kind)
     if shader is None:
         return _unknown(node, reader)
@@ -218,6 +217,7 @@ def _add(node: Node, reader: NodeReader, depth: int) -> Surface:
     return replace(blend(first, second, 0.5), emission=emission)
 
 
+COMBINED = {"ShaderNodeMixShader": _mix, "ShaderNodeAddShader": _add}
 MIRRORED = ("reflection_tint",)
 LOCAL = ("base_color", "specular")
 PASSED = ("transmission_tint", "interface_tint")

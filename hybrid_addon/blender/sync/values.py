@@ -85,12 +85,17 @@ def _of_node(reader: NodeReader, node: Node, socket: Socket) -> Any:
 # ------------------------------------------------------------------------------------------------ images, coordinates
 
 
-def once(reader: NodeReader, node: Node, make: Callable[[], Value]) -> Value:
-    """What several outputs of a node have in common, made once."""
-    key = ("node", node.b_node.as_pointer(), tuple(g.as_pointer() for g in node.groups))
+def once(reader: NodeReader, node: Node, make: Callable[[], Any], what: str = "node", meanwhile: Any = None) -> Any:
+    """What several outputs of a node have in common, or several nodes ask of it, made once.
+
+    what : one of several such things.   meanwhile : it, to those who ask while it is made, in a circle of nodes.
+    """
+    key = (what, node.b_node.as_pointer(), tuple(g.as_pointer() for g in node.groups))
     if key not in reader.values:
+        if meanwhile is not None:
+            reader.values[key] = meanwhile
         reader.values[key] = make()
-    return reader.values[key]  # type: ignore[no-any-return]
+    return reader.values[key]
 
 
 def _image(node: Node, output: str, reader: NodeReader) -> Value | None:

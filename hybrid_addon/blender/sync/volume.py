@@ -12,6 +12,7 @@ from collections.abc import Callable
 from ...scene import BLACK, RGB
 from .nodes import Node, Socket
 from .texture import NodeReader
+from .values import once
 
 MAX_DEPTH = 32  # of Mix and Add Shaders below one another
 
@@ -21,18 +22,22 @@ def absorption_from(socket: Socket, reader: NodeReader, depth: int = 0) -> RGB:
     node = socket.node()
     if node is None:
         return BLACK
-    if node.kind == "ShaderNodeMixShader" and depth < MAX_DEPTH:
-        factor = min(max(reader.number(node, 0), 0.0), 1.0)
-        first, second = (absorption_from(node.input(i), reader, depth + 1) for i in (1, 2))
-        return _combined(first, 1.0 - factor, second, factor)
-    if node.kind == "ShaderNodeAddShader" and depth < MAX_DEPTH:
-        first, second = (absorption_from(node.input(i), reader, depth + 1) for i in (0, 1))
-        return _combined(first, 1.0, second, 1.0)
+    if node.kind in ("ShaderNodeMixShader", "ShaderNodeAddShader") and depth < MAX_DEPTH:
+        return once(reader, node, lambda: _of_two(node, reader, depth + 1), "volume", BLACK)  # type: ignore[no-any-return]
     volume = VOLUMES.get(node.kind)
     if volume is None:
         reader.warn(f"volume node {node.name!r} ({node.b_node.bl_label}) is not traced")
         return BLACK
     return volume(node, reader)
+
+
+def _of_two(node: Node, reader: NodeReader, depth: int) -> RGB:
+    """Mix and Add Shader."""
+    mixed = node.kind == "ShaderNodeMixShader"
+    factor = min(max(reader.number(node, 0), 0.0), 1.0) if mixed else 0.0
+    weights = (1.0 - factor, factor) if mixed else (1.0, 1.0)
+    first, second = (absorption_from(node.input(i + mixed), reader, depth) for i in (0, 1))
+    return _combined(first, weights[0], second, weights[1])
 
 
 def _absorption(node: Node, reader: NodeReader) -> RGB:
