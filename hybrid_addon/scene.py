@@ -87,6 +87,8 @@ class Texture:
     uv_transform : (2, 3) float64, applied to (u, v, 1) first (Blender's Mapping node).
     uv_map       : name of the mesh's UV map, "" for the one that is active for rendering.
     extension    : "SPHERE" goes around in u and ends in v, as an equirectangular image does.
+    tiles        : of a tiled image (UDIM), (column, row) -> pixels of the unit square of texture coordinates that
+                   begins there; `pixels` is what is seen everywhere else.
     """
 
     name: str
@@ -95,6 +97,7 @@ class Texture:
     interpolation: Literal["LINEAR", "CLOSEST"] = "LINEAR"
     uv_map: str = ""
     uv_transform: Float64 = field(default_factory=lambda: np.eye(2, 3))
+    tiles: Mapping[tuple[int, int], Float32] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

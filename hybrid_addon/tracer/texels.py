@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ..expressions import expressions_of, walk
-from ..scene import Expression, Scene, Surface, Texture, World
+from ..scene import Expression, Float32, Scene, Surface, Texture, World
 
 Images = Mapping[int, Texture]
 T = TypeVar("T", Surface, World)
@@ -25,8 +25,8 @@ def with_finite_texels(scene: Scene) -> tuple[Scene, int]:
     broken = {key: image for key, image in images.items() if not _is_finite(image)}
     if not broken:
         return scene, 0
-    count = sum(int(np.count_nonzero(~np.isfinite(image.pixels).all(axis=-1))) for image in broken.values())
-    mended = {key: replace(image, pixels=_mended(image)) for key, image in broken.items()}
+    count = sum(int(np.count_nonzero(~np.isfinite(p).all(axis=-1))) for image in broken.values() for p in _parts(image))
+    mended = {key: _mended(image) for key, image in broken.items()}
     surfaces = tuple(_mended_in(s, mended) for s in scene.surfaces)
     return replace(scene, world=_world(scene.world, mended), surfaces=surfaces), count
 
@@ -44,14 +44,19 @@ def _world(world: World, mended: Images) -> World:
     return replace(_mended_in(world, mended), backdrop=backdrop)
 
 
+def _parts(image: Texture) -> list[Float32]:
+    return [image.pixels, *image.tiles.values()]
+
+
 def _is_finite(image: Texture) -> bool:
     """The sum is finite only if all is; where it overflows all is looked at."""
     with np.errstate(over="ignore", invalid="ignore"):
-        return bool(np.isfinite(image.pixels.sum()) or np.isfinite(image.pixels).all())
+        return all(bool(np.isfinite(p.sum()) or np.isfinite(p).all()) for p in _parts(image))
 
 
-def _mended(image: Texture) -> Any:
-    return np.where(np.isfinite(image.pixels), image.pixels, np.float32(0))
+def _mended(image: Texture) -> Texture:
+    pixels, *tiles = (np.where(np.isfinite(p), p, np.float32(0)) for p in _parts(image))
+    return replace(image, pixels=pixels, tiles=dict(zip(image.tiles, tiles, strict=True)))
 
 
 def _mended_in(owner: T, mended: Images) -> T:

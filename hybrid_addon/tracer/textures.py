@@ -18,7 +18,14 @@ def sample_texture(texture: Texture, u: Array, v: Array) -> Float32:
     x, y = m[0, 0] * u + m[0, 1] * v + m[0, 2], m[1, 0] * u + m[1, 1] * v + m[1, 2]
     closest = texture.interpolation == "CLOSEST"
     along_u, along_v = ("REPEAT", "EXTEND") if texture.extension == "SPHERE" else (texture.extension,) * 2
-    return lookup(texture.pixels, x, y, along_u, along_v, closest)
+    found = lookup(texture.pixels, x, y, along_u, along_v, closest)
+    if texture.tiles:
+        column, row = np.floor(x), np.floor(y)
+        for (i, j), pixels in texture.tiles.items():
+            here = np.flatnonzero((column == i) & (row == j))
+            if len(here):
+                found[:, here] = lookup(pixels, x[here] - i, y[here] - j, "EXTEND", "EXTEND", closest)
+    return found
 
 
 def sample_equirect(texture: Texture, direction: Array) -> Float32:

@@ -289,3 +289,58 @@ def test_colour_is_multiplied_by_alpha_unless_alpha_is_used(scene, tmp_path):
     b_math = textured.tree.nodes.new("ShaderNodeMath")
     textured.tree.links.new(textured.b_image.outputs["Alpha"], b_math.inputs[0])
     assert textured.texture().pixels[0, 0, 0] == pytest.approx(1.0)
+
+
+# ------------------------------------------------------------------------------------------------ tiles
+
+
+def tiled(numbers):
+    """A tiled image as the image editor makes it: each tile of its own colour, nowhere saved."""
+    b_image = bpy.data.images.new("Tiles", 4, 4, tiled=True)
+    for number in numbers:
+        b_tile = b_image.tiles.get(number) or b_image.tiles.new(tile_number=number)
+        b_image.tiles.active = b_tile
+        with bpy.context.temp_override(edit_image=b_image):
+            bpy.ops.image.tile_fill(color=(number % 10 / 4, number // 10 % 10 / 4, 0, 1), width=4, height=4)
+    return b_image
+
+
+def test_tiles_that_are_nowhere_saved_are_read(scene):
+    warn, b_image = Warnings(), tiled((1001, 1002, 1013))
+    found = Images(warn).tiles(b_image)
+    assert list(warn) == []
+    assert set(found) == {(0, 0), (1, 0), (2, 1)}
+    for (column, row), pixels in found.items():
+        expected = srgb_to_linear(np.array([(column + 1) / 4, row / 4], np.float32))
+        assert pixels[2, 2, :2] == pytest.approx(expected, abs=0.01)
+    assert b_image.filepath == ""
+
+
+@pytest.mark.parametrize("token", ["<UDIM>", "<UVTILE>"])
+def test_tiles_are_files_and_one_that_is_missing_is_warned_of(scene, tmp_path, token):
+    missing, there = {"<UDIM>": ("1001", "1012"), "<UVTILE>": ("u1_v1", "u2_v2")}[token]
+    for name in (missing, there):
+        write(tmp_path / f"wood.{name}.png", checks())
+    b_image = tiled((1001, 1012))
+    b_image.filepath = str(tmp_path / f"wood.{token}.png")  # Blender looks which tiles there are
+    (tmp_path / f"wood.{missing}.png").unlink()
+    warn = Warnings()
+    found = Images(warn).tiles(b_image)
+    assert set(found) == {(1, 1)}
+    assert_checks(found[1, 1], LINEAR_HALF)
+    assert list(warn) == ["image 'Tiles': cannot read its tile 1001; it is drawn pink"]
+
+
+def test_a_tiled_image_on_a_material(scene):
+    b_material = bpy.data.materials.new("Tiles")
+    if bpy.app.version < (5, 0, 0):
+        b_material.use_nodes = True
+    b_tree = b_material.node_tree
+    b_node = b_tree.nodes.new("ShaderNodeTexImage")
+    b_node.image = tiled((1001, 1002))
+    b_tree.links.new(b_node.outputs["Color"], b_tree.nodes["Principled BSDF"].inputs["Base Color"])
+    warn = Warnings()
+    (image,) = walk(translate_material(b_material, Images(warn), warn).base_color)
+    assert set(image.data.tiles) == {(0, 0), (1, 0)}
+    assert tuple(image.data.pixels[0, 0]) == (1, 0, 1, 1)  # where no tile is, as in EEVEE
+    assert list(warn) == []

@@ -49,6 +49,18 @@ def test_mapping_is_applied():
     np.testing.assert_allclose(sample_texture(texture, np.array([0.5]), np.array([0.1]))[0], [1])
 
 
+def test_tiles_lie_beside_each_other_and_what_has_none_shows_the_pixels():
+    tiles = {(0, 0): image([[1.0]]), (1, 0): RAMP, (0, 2): image([[7.0]])}
+    texture = Texture("t", image([[9.0]]), tiles=tiles)
+    u, v = (
+        np.array([0.5, 1 + 1 / 8, 2 - 1e-9, 0.5, 0.5, 2.5, -0.5, 1e9]),
+        np.array([0.5, 0.5, 0.5, 2.5, 1.5, 0.5, 0, 0.5]),
+    )
+    np.testing.assert_allclose(sample_texture(texture, u, v)[0], [1, 0, 3, 7, 9, 9, 9, 9])
+    moved = replace(texture, uv_transform=np.array([[1, 0, 0], [0, 1, 2.0]]))
+    np.testing.assert_allclose(sample_texture(moved, u[:2], v[:2])[0], [7, 9])
+
+
 def test_coordinates_that_are_not_finite_do_no_harm():
     assert np.isfinite(grey([np.nan, np.inf, 1e300], "EXTEND")[:2]).all()
 

@@ -6,8 +6,11 @@ images) and what OpenImageIO cannot read comes from `Image.pixels`.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
+import tempfile
+from collections.abc import Iterator
 from types import ModuleType
 from typing import Any
 
@@ -19,6 +22,7 @@ from .kept import Kept
 from .messages import Warnings
 
 MISSING_COLOR = (1.0, 0.0, 1.0, 1.0)  # the pink that Blender shows for a missing image
+FIRST_TILE = 1001  # of a tiled image: column 0, row 0; ten columns a row
 FLOAT_ALPHA_MIN = 1e-8  # below it the colour under a premultiplied alpha cannot be recovered
 NO_CONVERSION = ("", "Raw", "Non-Color", "scene_linear")
 SRGB_WORKING_SPACES = ("Linear Rec.709", "scene_linear")  # those to which the sRGB curve alone leads
@@ -40,17 +44,25 @@ class Images:
             self._pixels[key] = self._read(b_image, path)
         return self._pixels[key]
 
+    def tiles(self, b_image: bpy.types.Image) -> dict[tuple[int, int], Float32]:
+        """The tiles of a tiled image, by column and row; a warning for each that cannot be read, which is left out."""
+        found = {}
+        with _saved(b_image) as path:
+            for number in sorted(b_tile.number for b_tile in b_image.tiles):
+                tile = tile_path(path, number)
+                pixels = self._of_file(b_image, tile)
+                if pixels is None:
+                    self._warn.add(f"image {b_image.name!r}: cannot read its tile {number}; it is drawn pink")
+                else:
+                    found[(number - FIRST_TILE) % 10, (number - FIRST_TILE) // 10] = pixels
+        return found
+
     def _read(self, b_image: bpy.types.Image, path: str) -> Float32:
-        if b_image.source in ("MOVIE", "TILED"):
-            what = "only the current frame" if b_image.source == "MOVIE" else "only the first tile"
-            self._warn.add(f"image {b_image.name!r}: {what} of it is used")
-        if not _lives_in_blender(b_image) and os.path.isfile(path):
-            state = _state_of(b_image, path)
-            pixels = self._kept.image(state)
-            if pixels is None:
-                pixels = self._from_file(b_image, path, state)
-            if pixels is not None:
-                return pixels
+        if b_image.source == "MOVIE":
+            self._warn.add(f"image {b_image.name!r}: only the current frame of it is used")
+        pixels = None if _lives_in_blender(b_image) else self._of_file(b_image, path)
+        if pixels is not None:
+            return pixels
         raw = _read_blender_pixels(b_image)
         if raw is not None:
             return self._finished(
@@ -58,6 +70,14 @@ class Images:
             )
         self._warn.add(f"image {b_image.name!r}: cannot read {path or 'it'}; it is drawn pink")
         return np.full((1, 1, 4), MISSING_COLOR, np.float32)
+
+    def _of_file(self, b_image: bpy.types.Image, path: str) -> Float32 | None:
+        """Its pixels in that file, the last frame's if nothing has changed; None where it cannot be read."""
+        if not os.path.isfile(path):
+            return None
+        state = _state_of(b_image, path)
+        pixels = self._kept.image(state)
+        return self._from_file(b_image, path, state) if pixels is None else pixels
 
     def _from_file(self, b_image: bpy.types.Image, path: str, state: tuple[object, ...]) -> Float32 | None:
         """Its pixels, kept for the next frame unless there is something to be said of them each time."""
@@ -101,13 +121,32 @@ def _lives_in_blender(b_image: bpy.types.Image) -> bool:
 
 
 def _file_of(b_image: bpy.types.Image, b_image_user: bpy.types.ImageUser | None) -> str:
-    """The absolute path of the picture to read: of the frame in a sequence, of the first tile in a tiled image."""
+    """The absolute path of the picture to read: of the frame in a sequence."""
     path = bpy.path.abspath(b_image.filepath, library=b_image.library)
-    if b_image.source == "TILED" and b_image.tiles:
-        return path.replace("<UDIM>", str(b_image.tiles[0].number))
     if b_image.source == "SEQUENCE" and b_image_user:
         return frame_path(path, b_image_user.frame_current)
     return path
+
+
+def tile_path(path: str, number: int) -> str:
+    """The file of one tile."""
+    column, row = (number - FIRST_TILE) % 10, (number - FIRST_TILE) // 10
+    return path.replace("<UDIM>", str(number)).replace("<UVTILE>", f"u{column + 1}_v{row + 1}")
+
+
+@contextlib.contextmanager
+def _saved(b_image: bpy.types.Image) -> Iterator[str]:
+    """The path of a tiled image, with a token in it for the tile; of a copy in Blender's temporary folder where it has
+    none, is packed, or has changes that are not in its files."""
+    path = bpy.path.abspath(b_image.filepath, library=b_image.library)
+    if path and not b_image.is_dirty and not len(b_image.packed_files):
+        yield path
+        return
+    with tempfile.TemporaryDirectory(prefix="hybrid_tiles_", dir=bpy.app.tempdir or None) as folder:
+        path = os.path.join(folder, "tile.<UDIM>" + (".exr" if b_image.is_float else ".png"))
+        with contextlib.suppress(RuntimeError):
+            b_image.original.save(filepath=path, save_copy=True)
+        yield path
 
 
 def _state_of(b_image: bpy.types.Image, path: str) -> tuple[object, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 from mathutils import Euler, Matrix, Vector
 
 from ...scene import RGB, Float32, Texture
-from .image import Images
+from .image import MISSING_COLOR, Images
 from .messages import Warnings
 from .nodes import Node
 
@@ -79,9 +79,16 @@ def image_texture(reader: NodeReader, node: Node) -> tuple[Texture, bool]:
     b_node = node.b_node
     found = _plain_coordinates(reader, node) if b_node.projection == "FLAT" else None
     uv_map, transform = found or ("", Matrix.Identity(4))
+    tiles: dict[tuple[int, int], Float32] = {}
+    if b_node.image.source == "TILED":
+        pixels = np.full((1, 1, 4), MISSING_COLOR, np.float32)
+        tiles = {place: _color_output(tile, b_node) for place, tile in reader.images.tiles(b_node.image).items()}
+    else:
+        pixels = _color_output(reader.images.pixels(b_node.image, b_node.image_user), b_node)
     texture = Texture(
         name=b_node.image.name,
-        pixels=_color_output(reader.images.pixels(b_node.image, b_node.image_user), b_node),
+        pixels=pixels,
+        tiles=tiles,
         extension=b_node.extension,
         interpolation="CLOSEST" if b_node.interpolation == "Closest" else "LINEAR",
         uv_map=uv_map,
