@@ -21,10 +21,14 @@ from .trees import divides
 
 
 class Blockers(NamedTuple):
-    """What stands in the way of a light: blockers that end a shadow ray, and those that tint it."""
+    """What stands in the way of a light: blockers that end a shadow ray, and those that tint it.
+
+    hollow : (count + 1,) bool, solids that do not; None: all do.
+    """
 
     opaque: PrimitiveSet
     tinted: PrimitiveSet
+    hollow: NDArray[np.bool_] | None = None
 
 
 class CompiledScene:
@@ -78,12 +82,12 @@ class CompiledScene:
             clear = clear & (self.media.rank == self.media.count)  # even a clear solid displaces one that absorbs
         opaque = opaque | blocks
 
-        def blockers(members: NDArray[np.bool_]) -> Blockers:
-            return Blockers(self._set(members & opaque), self._set(members & ~opaque & ~clear))
+        def blockers(members: NDArray[np.bool_], hollow: NDArray[np.bool_] | None = None) -> Blockers:
+            return Blockers(self._set(members & opaque), self._set(members & ~opaque & ~clear), hollow)
 
         self._blockers = blockers(casts)
         linked = [(light.key, light.blocks) for light in self.lights if light.blocks is not None]
-        self._linked = {int(key): blockers(casts & blocks) for key, blocks in linked}
+        self._linked = {int(key): blockers(casts & blocks, self.media.bounded_by(~blocks)) for key, blocks in linked}
 
     def blockers(self, light: CompiledLight) -> Blockers:
         """What casts shadows in the light of a lamp."""

@@ -79,6 +79,18 @@ class Media:
         """(rows, n): n rays in vacuum."""
         return np.full((self.rows, n), self.count, np.int32)
 
+    def bounded_by(self, members: Bools) -> Bools:
+        """Which solids (count + 1,) are those that the primitives `members` (np,) bound; never vacuum."""
+        found = np.zeros(self.count + 1, bool)
+        if len(self.rank):
+            found[self.rank[members]] = True
+            found[self.count] = False
+        return found
+
+    def without(self, stack: Stack, gone: Bools) -> Stack:
+        """Stacks (rows, n) in which the solids `gone` (count + 1,) are no longer."""
+        return np.where(gone.take(stack), np.int32(self.count), stack) if gone.any() else stack
+
     def is_thin(self, prim: Numbers) -> Bools | None:
         """(n,) whether hits are on thin walls; None: no primitive is one."""
         return None if self.thin is None else self.thin.take(prim)

@@ -216,6 +216,8 @@ def _seen_share(
 ) -> Array:  # fmt: skip
     """The same, with marks in `cut` (m,) where a shadow ray is not followed to its end."""
     blockers = scene.blockers(light)
+    if media is not None and blockers.hollow is not None:
+        media = scene.media.without(media, blockers.hollow)
     if hit.draws is None or not (light.is_soft and scene.plan.soft_shadows):
         return visibility(scene, blockers, *shadow_rays(light, origin, normal, None), origin, media, tally, cut)
     draws, parts = hit.draws.take(wanted), scene.settings.shadow_samples

@@ -131,7 +131,8 @@ class _Watch:
         self.refracts = compiled.surfaces.refracts
         self.unseen = self.refracts | (blends & compiled.surfaces.transmits)
         roughness = [1.0 if isinstance(s.roughness, Expression) else s.roughness for s in surfaces]
-        self.sharp = np.array([r <= SHARP_ROUGHNESS for r in roughness] or [True])
+        follows = compiled.settings.rough_samples > 0
+        self.sharp = np.array([follows or r <= SHARP_ROUGHNESS for r in roughness] or [True])
         objects = len(scene.instances) + len(scene.spheres) + len(scene.planes)
         self.owner, self.place, self.counts = np.full(n, -1), np.full((3, n), np.inf), np.zeros(n, bool)
         self.pixels, self.rays, self.followed = np.zeros(objects, np.intp), np.zeros(objects), 0

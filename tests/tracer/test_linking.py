@@ -65,6 +65,22 @@ def test_what_does_not_block_a_light_casts_no_shadow(build):
     assert (free != trace(unlinked, SETTINGS).radiance).any()
 
 
+def test_smoke_that_does_not_block_a_light_does_not_dim_it(build):
+    """Nor the light of points inside of it."""
+    smoke = build.glass(1.0, absorption=(0.5, 1.0, 2.0))
+    floor = build.quad([(-6, -6, 0), (6, -6, 0), (6, 6, 0), (-6, 6, 0)])
+
+    def scene(light, **visibility):
+        made = build.scene((floor, build.matte()), (build.box((-2, -2, -1), (2, 2, 2)), smoke), lights=(light,))
+        around = made.instances[1]
+        hidden = replace(around, visibility=replace(around.visibility, **visibility))
+        return replace(made, instances=(made.instances[0], hidden))
+
+    linked = trace(scene(replace(LAMP, blockers=frozenset({0}))), SETTINGS).radiance
+    np.testing.assert_array_equal(linked, trace(scene(LAMP, shadow=False), SETTINGS).radiance)
+    assert (linked > 1.5 * trace(scene(LAMP), SETTINGS).radiance).mean() > 0.1
+
+
 def test_other_lights_keep_their_own_blockers(build):
     other = replace(LAMP, name="other", position=(3, 2, 4))
     linked = replace(LAMP, blockers=frozenset({BALL}), receivers=frozenset({FLOOR}))
