@@ -71,12 +71,15 @@ def test_smoke_that_does_not_block_a_light_does_not_dim_it(build):
     floor = build.quad([(-6, -6, 0), (6, -6, 0), (6, 6, 0), (-6, 6, 0)])
 
     def scene(light, **visibility):
-        made = build.scene((floor, build.matte()), (build.box((-2, -2, -1), (2, 2, 2)), smoke), lights=(light,))
-        around = made.instances[1]
+        other = build.box((4, 4, 1), (5, 5, 2))  # light goes through it: what dims light is looked for
+        made = build.scene(
+            (floor, build.matte()), (build.box((-2, -2, -1), (2, 2, 2)), smoke), (other, build.glass()), lights=(light,)
+        )
+        floor_, around, glass = made.instances
         hidden = replace(around, visibility=replace(around.visibility, **visibility))
-        return replace(made, instances=(made.instances[0], hidden))
+        return replace(made, instances=(floor_, hidden, glass))
 
-    linked = trace(scene(replace(LAMP, blockers=frozenset({0}))), SETTINGS).radiance
+    linked = trace(scene(replace(LAMP, blockers=frozenset({0, 2}))), SETTINGS).radiance
     np.testing.assert_array_equal(linked, trace(scene(LAMP, shadow=False), SETTINGS).radiance)
     assert (linked > 1.5 * trace(scene(LAMP), SETTINGS).radiance).mean() > 0.1
 

@@ -92,6 +92,19 @@ def test_a_coat_over_rough_metal_keeps_all_light_in_the_mean(build):
     assert rough.radiance[inside].mean() == pytest.approx(sharp.radiance[inside].mean(), rel=0.005)
 
 
+def test_each_lobe_has_its_own_color_and_width(build):
+    """A narrow, white coat over wide, red metal under a spot in the zenith: what is not red is the coat's image."""
+    pixels = np.zeros((64, 128, 4), np.float32)
+    pixels[60:, :, :3] = 1  # 11 degrees around it
+    surface = replace(metal(1.0, coat=1.0, coat_roughness=0.1), reflection_tint=(1, 0, 0), edge_tint=(0, 0, 0))
+    floor, camera = Plane("floor", (0, 0, 0), (0, 0, 1), 0, True), build.camera(eye=(0, 0, 5), size=(8, 8), half=0.01)
+    world = World((1, 1, 1), Texture("spot", pixels))
+    plane = Scene(camera=camera, planes=(floor,), surfaces=(surface,), world=world)
+    red, green, _ = trace(plane, replace(SETTINGS, samples=256)).radiance.mean(axis=(0, 1))
+    assert green == pytest.approx(0.04, rel=0.1)  # F0 of IOR 1.5
+    assert green < red < 3 * green
+
+
 # ------------------------------------------------------------------------------------------------ pictures
 
 
