@@ -59,6 +59,8 @@ def mark(
     """
     if not isinstance(obj, bpy.types.Object):
         raise HybridError(f"{obj!r} is not an object: pass bpy.data.objects['NAME']")
+    if obj.type == "META":
+        raise HybridError(f"'{obj.name}' is a metaball: convert it to a mesh (Object > Convert) to ray trace it")
     if obj.type not in GEOMETRY:
         raise HybridError(f"'{obj.name}' is a {obj.type.lower()}: only objects with a surface can be ray traced")
     if obj.library is not None:
@@ -77,7 +79,7 @@ def unmark(obj: bpy.types.Object) -> None:
     obj.hybrid.ray_traced = False
 
 
-GEOMETRY = {"MESH", "CURVE", "SURFACE", "META", "FONT", "EMPTY"}  # an empty may show a collection
+GEOMETRY = {"MESH", "CURVE", "SURFACE", "FONT", "EMPTY"}  # an empty may show a collection
 
 
 def _check_value(name: str, value: float | None) -> None:

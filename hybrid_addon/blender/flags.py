@@ -21,8 +21,8 @@ class Flags:
         """Of an object of the scene, original or evaluated."""
         b_object = b_object.original
         hybrid = getattr(b_object, "hybrid", None)  # the translator also works without the add-on
-        if hybrid is None:
-            return False
+        if hybrid is None or b_object.type == "META":
+            return False  # metaballs have no skin in a scene that has them as its background set: EEVEE draws them
         return hybrid.ray_traced or b_object in self._by_collection or shows_flagged(b_object)
 
 

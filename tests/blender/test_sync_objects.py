@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 import pytest
 
+import hybrid_addon as hybrid
 from hybrid_addon.blender.sync import Warnings, translate
 
 pytestmark = pytest.mark.blender
@@ -164,10 +165,9 @@ def test_geometry_nodes_instances_and_their_materials(scene):
     [
         lambda: bpy.ops.curve.primitive_bezier_circle_add(),
         lambda: bpy.ops.object.text_add(),
-        lambda: bpy.ops.object.metaball_add(),
         lambda: bpy.ops.surface.primitive_nurbs_surface_sphere_add(),
     ],
-    ids=["curve", "text", "metaball", "surface"],
+    ids=["curve", "text", "surface"],
 )
 def test_whatever_evaluates_to_a_mesh_arrives_once(scene, add):
     add()
@@ -179,6 +179,19 @@ def test_whatever_evaluates_to_a_mesh_arrives_once(scene, add):
     assert instance.ray_traced
     b_object.hide_render = True
     assert instances(scene, b_object.name) == []
+
+
+def test_metaballs_are_eevees_and_named(scene):
+    """Blender gives them a skin in their own scene's depsgraph only: a render would show a hole."""
+    bpy.ops.object.metaball_add()
+    b_object = bpy.context.object
+    b_object.hybrid.ray_traced = True
+    result = translation(scene)
+    assert b_object.name not in {instance.name for instance in result.scene.instances}
+    assert [w for w in result.warnings if "metaballs" in w and b_object.name in w]
+    assert result.counts["ray_traced"] == 0
+    with pytest.raises(hybrid.HybridError, match="convert it to a mesh"):
+        hybrid.mark(b_object)
 
 
 def test_hidden_objects_and_hidden_instancers_do_not_arrive(scene):

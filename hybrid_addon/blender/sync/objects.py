@@ -1,7 +1,8 @@
 """Everything that the depsgraph shows -> scene instances, meshes and lights.
 
-Curves, surfaces, texts and metaballs need no code: beside each of them the depsgraph's iterator yields its evaluated
-geometry as an object of type MESH, whose parent is the object itself. EEVEE draws the same.
+Curves, surfaces and texts need no code: beside each of them the depsgraph's iterator yields its evaluated geometry as
+an object of type MESH, whose parent is the object itself. EEVEE draws the same. Metaballs would, too, but only in the
+depsgraph of their own scene, and the render's is another's: they are left out, in previews as well, and warned of.
 
 Visibility: EEVEE knows an object's visibility to the camera and to shadows. What reflections and refractions see it
 does not separate; here an object is left out of them only if both of Cycles' switches (glossy, transmission) are off.
@@ -29,6 +30,7 @@ VISIBLE_BUT_NOT_TRACED = {
     "CURVES": "hair is",
     "POINTCLOUD": "point clouds are",
     "GREASEPENCIL": "Grease Pencil is",
+    "META": "metaballs (convert them to meshes) are",
 }
 
 MeshKey = tuple[int, frozenset[str]]
@@ -68,7 +70,7 @@ class Objects:
         self._warn_of_missing(b_object)
         if b_object.type == "LIGHT":
             self._add_light(b_instance)
-        elif b_object.type == "MESH":
+        elif b_object.type == "MESH" and not (b_instance.parent and b_instance.parent.type == "META"):
             self._add_surface(b_instance)
         elif b_object.type in VISIBLE_BUT_NOT_TRACED:
             self._warn.add(f"object {b_object.name!r}: {VISIBLE_BUT_NOT_TRACED[b_object.type]} not ray traced")
