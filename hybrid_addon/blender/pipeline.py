@@ -276,6 +276,8 @@ def _sync_trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene:
         trace.background_set = scene
         trace.view_layers[0].name = TRACE_LAYER
     set_(trace, "camera", scene.camera or _marker_camera(scene))  # Blender refuses to render a scene without one
+    for name in ("fps", "fps_base"):  # geometry nodes that ask for seconds get those of the scene that is rendered
+        set_(trace.render, name, getattr(scene.render, name))
     return trace
 
 

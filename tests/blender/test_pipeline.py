@@ -158,6 +158,16 @@ def test_the_camera_follows(scene):
     assert pipeline.trace_scene(scene).camera == other
 
 
+def test_the_frame_rate_follows(scene):
+    """Scene Time of geometry nodes gives seconds of the scene that is rendered: the trace scene."""
+    mark(bpy.data.objects["Cube"])
+    enable(scene)
+    scene.render.fps, scene.render.fps_base = 60, 1.001
+    pipeline.sync(scene)
+    render = pipeline.trace_scene(scene).render
+    assert (render.fps, render.fps_base) == (60, scene.render.fps_base)
+
+
 def test_deleting_a_flagged_object(scene):
     mark(bpy.data.objects["Cube"])
     enable(scene)
