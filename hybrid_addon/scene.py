@@ -372,6 +372,8 @@ class World:
     backdrop    : what camera rays see instead, and rays that passed straight through all; it gives no light.
     sun         : what is too bright becomes a light, and all but the backdrop is without it; None: nothing does.
     limit       : all but the backdrop is no brighter (largest channel), nor is its diffuse light. EEVEE's *Clamping*.
+    dering      : how its diffuse light is kept from going below 0, as EEVEE of Blender 4.5 does, by the "AXES", or as
+                  5's, by the "LENGTH".
     """
 
     radiance: Color = BLACK
@@ -380,6 +382,7 @@ class World:
     backdrop: World | None = None
     sun: WorldSun | None = None
     limit: float = float("inf")
+    dering: Literal["AXES", "LENGTH"] = "LENGTH"
 
 
 # ------------------------------------------------------------------------------------------------ the whole

@@ -11,6 +11,10 @@ from .sky import Sky
 from .textures import equirect_coordinates, lookup
 from .vectors import select, take
 
+FIRST_ORDER = 0.488602512  # of the spherical harmonics along an axis
+DERING_LENGTH = 4 * np.pi * FIRST_ORDER * (FIRST_ORDER * 2 / 3 + 0.05)
+"""Of EEVEE 5: the second order stays below the first by its weight in diffuse light, and a little."""
+
 
 class CompiledWorld:
     """World radiance by direction, and its irradiance to the first order of spherical harmonics, as EEVEE lights with.
@@ -30,7 +34,8 @@ class CompiledWorld:
         self._blurred: dict[int, Texture] | None = None
         if not sky.uniform:
             sums = sky.sums()
-            self._mean, self._linear = lambert(sums.radiance / (4 * np.pi), sums.toward / (4 * np.pi), world.limit)
+            mean, vector = sums.radiance / (4 * np.pi), sums.toward / (4 * np.pi)
+            self._mean, self._linear = lambert(mean, vector, world.limit, world.dering)
             sun = sky.sun(sums, world.sun.angle, world.sun.cast_shadow) if world.sun else None
             self.suns = [sun] if sun else []
         if world.backdrop is None and (sky.uniform or not (world.sun or np.isfinite(world.limit))):
@@ -81,16 +86,17 @@ class CompiledWorld:
         return np.maximum(e, 0)
 
 
-def lambert(mean: Float64, vector: Float64, limit: float) -> tuple[Float64, Float64]:
+def lambert(mean: Float64, vector: Float64, limit: float, dering: str) -> tuple[Float64, Float64]:
     """(3, 1) and (3, 3) of E / pi = m + k n, from the mean radiance m (rgb,) and the mean of L w, v (rgb, xyz).
 
     The first two orders of spherical harmonics, k = 2 v (Ramamoorthi & Hanrahan 2001, A1 = 2/3 A0), and what EEVEE
-    does to them: the second is made no larger than would go below 0 along an axis, and the radiance that both stand
-    for, m + 3 |v| at most, no brighter than the limit (spherical_harmonics_dering, _clamp).
+    does to them: the second is made no larger than would go below 0, and the radiance that both stand for, m + 3 |v| at
+    most, no brighter than the limit (eevee_spherical_harmonics: dering, clamp_energy).
     """
-    largest = np.abs(vector).max(axis=1)
-    shares = mean[largest > 0] / (3 * largest[largest > 0])
-    vector = vector * min(1.0, float(shares.min(initial=1.0)))
-    peak = float((mean + 3 * np.sqrt((vector * vector).sum(axis=1))).max())
-    share = limit / peak if peak > limit else 1.0
-    return mean[:, None] * share, 2 * vector * share
+    length = np.sqrt((vector * vector).sum(axis=1))
+    largest = 3 * np.max(np.abs(vector), axis=1) if dering == "AXES" else DERING_LENGTH * length
+    shares = mean[largest > 0] / largest[largest > 0]
+    share = min(1.0, float(np.min(shares, initial=1.0)))
+    vector, peak = vector * share, float(np.max(mean + 3 * length * share))
+    dimmed = limit / peak if peak > limit else 1.0
+    return mean[:, None] * dimmed, 2 * vector * dimmed

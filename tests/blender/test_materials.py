@@ -307,3 +307,39 @@ def test_balls_under_an_environment_look_as_eevee_draws_them(addon):
     print(found)
     most = {name: 0.05 if name.startswith("rough") else 0.03 for name in BALLS}
     assert {name: value for name, value in found.items() if value[0] > 0.02 or value[1] > most[name]} == {}
+
+
+def test_a_world_of_nodes_lights_as_in_eevee(addon):
+    """The sky times noise, so bright that its glows are a sun, behind a switch: the camera sees another world."""
+    b_scene = empty(160, 8)
+    environment(b_scene)
+    b_scene.world.sun_threshold = 1.5
+    tree = b_scene.world.node_tree
+    b_output, b_background, b_picture = (
+        tree.nodes[name] for name in ("World Output", "Background", "Environment Texture")
+    )
+    b_noise, b_tint, b_path, b_switch, b_other = (
+        tree.nodes.new(f"ShaderNode{kind}") for kind in ("TexNoise", "Mix", "LightPath", "MixShader", "Background")
+    )
+    b_noise.inputs["Scale"].default_value = 1.5
+    b_tint.data_type, b_tint.blend_type = "RGBA", "MULTIPLY"
+    tree.links.new(b_picture.outputs[0], b_tint.inputs[6])
+    tree.links.new(b_noise.outputs["Color"], b_tint.inputs[7])
+    tree.links.new(b_tint.outputs[2], b_background.inputs["Color"])
+    b_background.inputs["Strength"].default_value = 2.0
+    b_other.inputs["Color"].default_value = (1, 0, 1, 1)
+    for number, output in enumerate((b_path.outputs["Is Camera Ray"], b_background.outputs[0], b_other.outputs[0])):
+        tree.links.new(output, b_switch.inputs[number])
+    tree.links.new(b_switch.outputs[0], b_output.inputs["Surface"])
+    names = ("plastic", "coat")
+    for number, name in enumerate(names):
+        ball(number, name, BALLS[name])
+    raster, traced, warnings = both(b_scene)
+    assert warnings == []
+    y, x = (np.mgrid[0:32, 0:32] + 0.5) / 32 - 0.5
+    inside = x * x + y * y < 0.4**2
+    found = {}
+    for number, name in enumerate(names):
+        a, b = (picture[:32, number * 32 : number * 32 + 32][inside] for picture in (raster, traced))
+        found[name] = float(abs(b.mean() / a.mean() - 1)), float(np.abs(b - a).mean() / a.mean())
+    assert {name: value for name, value in found.items() if value[0] > 0.02 or value[1] > 0.03} == {}

@@ -88,25 +88,29 @@ def test_nothing_too_bright_no_sun():
 
 
 @pytest.mark.parametrize(
-    ("half_angle", "threshold", "expected"),
-    [(5, None, 0.322), (20, None, 2.67), (40, None, 7.34), (20, 10.0, 4.52), (40, 10.0, 17.05)],
-)
-def test_diffuse_light_is_what_eevee_draws(half_angle, threshold, expected):
-    """On a white plane, in the red of EEVEE 4.5 and 5.2 (both within 1 % of the value), Clamping at its 10."""
-    sun = WorldSun(threshold) if threshold else None
-    world = CompiledWorld(World((1, 1, 1), patch(half_angle)[0], sun=sun, limit=10.0))
-    up = np.array([[0], [0], [1]], np.float32)
-    direct = sum(s.irradiance[0] * s.direction[2] / np.pi for s in world.suns)
-    assert world.irradiance_over_pi(up)[0, 0] + direct == pytest.approx(expected, rel=0.02)
+    ("half_angle", "threshold", "axes", "length"),
+    [(5, None, 0.320, 0.324), (20, None, 2.656, 2.688), (40, None, 7.375, 7.312), (20, 10, 4.516, 4.531),
+     (40, 10, 17.03, 17.06)],
+)  # fmt: skip
+def test_diffuse_light_is_what_eevee_draws(half_angle, threshold, axes, length):
+    """On a white plane, in the red of EEVEE 4.5 and 5.2, Clamping at its 10."""
+    for dering, expected in (("AXES", axes), ("LENGTH", length)):
+        sun = WorldSun(float(threshold)) if threshold else None
+        world = CompiledWorld(World((1, 1, 1), patch(half_angle)[0], sun=sun, limit=10.0, dering=dering))
+        up = np.array([[0], [0], [1]], np.float32)
+        direct = sum(s.irradiance[0] * s.direction[2] / np.pi for s in world.suns)
+        assert world.irradiance_over_pi(up)[0, 0] + direct == pytest.approx(expected, rel=0.02)
 
 
 def test_light_that_is_soft_enough_is_left_as_it_is():
-    mean, vector = np.ones(3), np.full((3, 3), 0.3)
-    m, k = lambert(mean, vector, np.inf)
+    mean, vector = np.ones(3), np.full((3, 3), 0.24)
+    m, k = lambert(mean, vector, np.inf, "LENGTH")
     assert np.array_equal(m[:, 0], mean) and np.array_equal(k, 2 * vector)
-    _, k = lambert(mean, 2 * vector, np.inf)
+    _, k = lambert(mean, 2 * vector, np.inf, "AXES")
     assert np.allclose(k, 2 / 3)  # no axis below 0
-    m, k = lambert(mean, vector, 1.0)
+    _, k = lambert(mean, 2 * vector, np.inf, "LENGTH")
+    assert (1 - np.sqrt((k * k).sum(1)) > 0.1).all()  # no direction
+    m, k = lambert(mean, vector, 1.0, "LENGTH")
     assert m[0, 0] + 1.5 * np.sqrt((k[0] ** 2).sum()) == pytest.approx(1.0)
 
 

@@ -33,7 +33,12 @@ def translate_world(
     world = _seen(b_world, images, warn)
     sun = WorldSun(b_world.sun_threshold, b_world.sun_angle, b_world.use_sun_shadow)
     limit = b_scene.eevee.clamp_surface_indirect
-    return replace(world, sun=sun if sun.threshold > 0 else None, limit=limit if limit > 0 else float("inf"))
+    return replace(
+        world,
+        sun=sun if sun.threshold > 0 else None,
+        limit=limit if limit > 0 else float("inf"),
+        dering="LENGTH" if bpy.app.version >= (5, 0, 0) else "AXES",
+    )
 
 
 def _seen(b_world: bpy.types.World, images: Images, warn: Warnings) -> World:
