@@ -55,8 +55,9 @@ def against_cycles(bench: Bench) -> list[Table]:
     table = Table(
         f"Equal error: RMSE {target:g} over the {pixels:,} pixels of two spheres, {size[0]}x{size[1]}",
         ["", "samples", "RMSE", "wall s", "cpu s", "times ours"],
-        note=f"Ours: Adaptive Sampling {OURS['adaptive']:g}, Cutoff {OURS['cutoff']:g}; translating, building, tracing the masked pixels. Cycles: its whole render, transfer of the scene "
-        "included; 'alone': everything else is held out within the rectangle around the spheres.",
+        note=f"Ours: Adaptive Sampling {OURS['adaptive']:g}, Cutoff {OURS['cutoff']:g}; translating, building, tracing "
+        "the masked pixels. Cycles: its whole render, transfer of the scene included; 'alone': everything else is held "
+        "out within the rectangle around the spheres.",
     )
     table.rows.append(("ours", samples, ours, tracer.wall, tracer.cpu, 1.0))
     for name, box in frame.items():
