@@ -67,20 +67,6 @@ def _join(*rows: Array) -> Array:
     return np.concatenate(np.broadcast_arrays(*(row[:1] for row in rows)))
 
 
-def _ramp(t: Array, table: Array) -> Array:
-    """A table (k, 1 or 3) over 0..1, linearly interpolated: what EEVEE does with ColorRamp and curves."""
-    x = np.clip(t[0], 0, 1) * (len(table) - 1)
-    i = np.minimum(x.astype(np.intp), len(table) - 2)
-    f = (x - i).astype(t.dtype)
-    low, high = table.take(i, axis=0).T.astype(t.dtype), table.take(i + 1, axis=0).T.astype(t.dtype)
-    return low + (high - low) * f
-
-
-def _curves(color: Array, table: Array) -> Array:
-    """Three tables (k, 3), one for each channel."""
-    return np.concatenate([_ramp(three(color)[i : i + 1], table[:, i : i + 1]) for i in range(3)])
-
-
 def _power(a: Array, b: Array) -> Array:
     with np.errstate(all="ignore"):
         return np.nan_to_num(np.power(a, b), nan=0.0)
@@ -180,13 +166,15 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
     "join": _join,
     "channel": lambda a, data: a[min(data, len(a) - 1)][None],
     "rows": lambda a, data: a[data[0] : data[1]],
-    "ramp": _ramp,
-    "curves": _curves,
+    "ramp": colors.ramp,
+    "curves": colors.curves,
     "rgb_to_hsv": colors.rgb_to_hsv,
     "hsv_to_rgb": colors.hsv_to_rgb,
     "hue_saturation": colors.hue_saturation,
     "affine": coordinates.affine,
     "mapping": coordinates.mapping,
+    "turned": coordinates.turned,
+    "turned_about": coordinates.turned_about,
     "gamma": lambda a, b: np.where(a > 0, _power(np.where(a > 0, a, 1), b), a),
     "exclusion": lambda a, b: np.maximum(a + b - 2 * a * b, 0),
     "dodge": colors.dodge,

@@ -358,3 +358,37 @@ def test_wild_coordinates_stay_finite():
             assert np.isfinite(texture("noise", p, 0.0, 5, 2, 0.5, 2, 0.2, 1, 1, (3, kind, True))).all()
         texture("voronoi", p, 0.0, 5, 2, 0.5, 2, 1, 1, 1, (3, "F1", "EUCLIDEAN", False, "PCG"))
         assert np.isfinite(texture("brick_factor", p, 5, 0.05, 0.8, 0, 0.0, 0.0, (0.5, 2, 1.0, 2))[:, 3:4]).all()
+
+
+# ------------------------------------------------------------------------------------------------ coordinates
+
+
+def rotation(axis, angle):
+    """(3, 3) about an axis."""
+    k = np.array(axis) / np.linalg.norm(axis)
+    cross = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
+    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+
+
+def test_a_mapping_with_settings_that_vary_is_the_matrix_where_they_do_not():
+    p, location, angles, scale = some_points(9), (0.3, -1, 2), (0.4, -0.7, 1.9), (2, 0.5, -1.5)
+    matrix = rotation((0, 0, 1), 1.9) @ rotation((0, 1, 0), -0.7) @ rotation((1, 0, 0), 0.4)
+    there = [np.array(a, float)[:, None] for a in (location, angles, scale)]
+    mapping = ex.OPERATIONS["mapping"]
+    expected = matrix @ (p * there[2])
+    np.testing.assert_allclose(mapping(p, *there, "POINT"), expected + there[0], atol=1e-5)
+    np.testing.assert_allclose(mapping(p, *there, "VECTOR"), expected, atol=1e-5)
+    np.testing.assert_allclose(mapping(mapping(p, *there, "POINT"), *there, "TEXTURE"), p, atol=1e-4)
+    np.testing.assert_allclose(mapping(p, *there, "NORMAL"), matrix @ (p / there[2]), atol=1e-4)
+
+
+def test_vectors_turn_about_an_axis_and_by_angles():
+    p, center, axis = some_points(9), np.array([[1.0], [2], [3]]), np.array([[1.0], [-2], [0.5]])
+    about, turned = ex.OPERATIONS["turned_about"], ex.OPERATIONS["turned"]
+    expected = center + rotation(axis[:, 0], 0.8) @ (p - center)
+    np.testing.assert_allclose(about(p, center, axis, np.full((1, 1), 0.8)), expected, atol=1e-5)
+    np.testing.assert_allclose(about(p, center, 0 * axis, np.full((1, 1), 0.8)), p, atol=1e-5)
+    angles = np.array([[0.4], [-0.7], [1.9]])
+    matrix = rotation((0, 0, 1), 1.9) @ rotation((0, 1, 0), -0.7) @ rotation((1, 0, 0), 0.4)
+    np.testing.assert_allclose(turned(p, center, angles, False), center + matrix @ (p - center), atol=1e-5)
+    np.testing.assert_allclose(turned(p, center, angles, True), center + matrix.T @ (p - center), atol=1e-5)

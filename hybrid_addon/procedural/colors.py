@@ -56,3 +56,17 @@ def dodge(a: Array, b: Array) -> Array:
 def burn(a: Array, b: Array) -> Array:
     """Color Burn."""
     return np.clip(1 - (1 - a) / np.where(b > 0, b, 1e-30), 0, 1)
+
+
+def ramp(t: Array, table: Array) -> Array:
+    """A table (k, 1 or 3) over 0..1, linearly interpolated: what EEVEE does with ColorRamp and curves."""
+    x = np.clip(t[0], 0, 1) * (len(table) - 1)
+    i = np.minimum(x.astype(np.intp), len(table) - 2)
+    f = (x - i).astype(t.dtype)
+    low, high = table.take(i, axis=0).T.astype(t.dtype), table.take(i + 1, axis=0).T.astype(t.dtype)
+    return low + (high - low) * f
+
+
+def curves(color: Array, table: Array) -> Array:
+    """Three tables (k, 3), one for each channel."""
+    return np.concatenate([ramp(three(color)[i : i + 1], table[:, i : i + 1]) for i in range(3)])

@@ -39,6 +39,20 @@ def mapping(p: Array, location: Array, rotation: Array, scale: Array, kind: str)
     return turned + location if kind == "POINT" else turned
 
 
+def turned(p: Array, center: Array, rotation: Array, back: bool) -> Array:
+    """Vector Rotate by Euler angles."""
+    return three(center) + _rotated(three(p) - three(center), three(rotation), back)
+
+
+def turned_about(p: Array, center: Array, axis: Array, angle: Array) -> Array:
+    """Vector Rotate about an axis (Rodrigues); nothing turns about one without length."""
+    k, v = _unit(three(axis)), three(p) - three(center)
+    c, s = np.cos(angle), np.sin(angle)
+    across = np.stack([k[1] * v[2] - k[2] * v[1], k[2] * v[0] - k[0] * v[2], k[0] * v[1] - k[1] * v[0]])
+    rotated = v * c + across * s + k * (k * v).sum(axis=0) * (1 - c)
+    return three(center) + np.where((k != 0).any(axis=0), rotated, v)
+
+
 def wrap_sphere(p: Array) -> Array:
     """Texture coordinates of a sphere in the unit cube."""
     x, y, z = 2 * three(p) - 1

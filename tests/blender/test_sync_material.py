@@ -11,6 +11,7 @@ from hybrid_addon.blender.sync.image import Images
 from hybrid_addon.blender.sync.material import Surfaces, customised, translate_material, warn_of_roughness
 from hybrid_addon.blender.sync.settings import CustomSurface
 from hybrid_addon.blender.sync.shaders import blend, blend_is_exact, shares
+from hybrid_addon.expressions import walk
 from hybrid_addon.scene import BLACK, WHITE, Surface
 
 pytestmark = pytest.mark.blender
@@ -368,3 +369,14 @@ def test_without_nodes_the_viewport_values_count(material):
     surface = material.surface()
     assert (surface.reflectivity, surface.reflection_tint) == (1.0, GOLD)
     assert np.isclose(surface.specular[0], 0.08 * material.b_material.specular_intensity)
+
+
+def test_coordinates_of_another_object_are_its_own(material):
+    b_empty = bpy.data.objects.new("Place", None)
+    b_empty.matrix_world = ((2, 0, 0, 1), (0, 1, 0, 5), (0, 0, 1, 0), (0, 0, 0, 1))
+    b_node, b_place = material.add("ShaderNodeBsdfDiffuse"), material.add("ShaderNodeTexCoord")
+    b_place.object = b_empty
+    material.link(b_place.outputs["Object"], b_node.inputs["Color"])
+    moved, position = walk(material.shade(b_node).base_color)
+    assert (moved.operation, position.data, list(material.warn)) == ("affine", "position", [])
+    assert moved.data @ (3, 5, 7, 1) == pytest.approx((1, 0, 7))

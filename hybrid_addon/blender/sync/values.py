@@ -142,7 +142,8 @@ def _boxed(reader: NodeReader, texture: Any, point: Value, output: str, blend: f
 
 def _texture_coordinate(node: Node, output: str, reader: NodeReader) -> Value | None:
     if output == "Object" and node.b_node.object is not None:
-        return None
+        matrix = np.array(node.b_node.object.matrix_world.inverted_safe())[:3]
+        return ex.apply("affine", Expression("attribute", (), "position"), data=matrix)
     keys = {"UV": "uv:", "Generated": "generated", "Object": "object", "Normal": "normal"}
     if output == "Reflection":
         twice = ex.times(2.0, ex.apply("dot", NORMAL, INCOMING))
@@ -188,6 +189,19 @@ def _mapping(node: Node, output: str, reader: NodeReader) -> Value:
     else:
         moved = ex.apply("affine", given, data=np.array(mapping(kind, location, rotation, scale))[:3])
     return ex.apply("normalize", moved) if kind == "NORMAL" else moved
+
+
+AXES = {"X_AXIS": (1.0, 0.0, 0.0), "Y_AXIS": (0.0, 1.0, 0.0), "Z_AXIS": (0.0, 0.0, 1.0)}
+
+
+def _vector_rotate(node: Node, output: str, reader: NodeReader) -> Value:
+    kind, back = node.b_node.rotation_type, bool(node.b_node.invert)
+    given, center = vector(reader, node, "Vector"), vector(reader, node, "Center")
+    if kind == "EULER_XYZ":
+        return ex.apply("turned", given, center, vector(reader, node, "Rotation"), data=back)
+    axis = AXES[kind] if kind in AXES else vector(reader, node, "Axis")
+    angle = ex.times(-1.0 if back else 1.0, number(reader, node, "Angle"))
+    return ex.apply("turned_about", given, center, axis, angle)
 
 
 # ------------------------------------------------------------------------------------------------ normals, view
@@ -254,6 +268,7 @@ NODES: dict[str, Translator] = {
     "ShaderNodeVertexColor": _attribute,
     "ShaderNodeNewGeometry": _geometry,
     "ShaderNodeMapping": _mapping,
+    "ShaderNodeVectorRotate": _vector_rotate,
     "ShaderNodeNormalMap": _normal_map,
     "ShaderNodeBump": _bump,
     "ShaderNodeFresnel": _fresnel,
