@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
+from mathutils import Matrix
 
 from hybrid_addon.blender.sync import Warnings
 from hybrid_addon.blender.sync.image import Images
@@ -373,7 +374,7 @@ def test_without_nodes_the_viewport_values_count(material):
 
 def test_coordinates_of_another_object_are_its_own(material):
     b_empty = bpy.data.objects.new("Place", None)
-    b_empty.matrix_world = ((2, 0, 0, 1), (0, 1, 0, 5), (0, 0, 1, 0), (0, 0, 0, 1))
+    b_empty.matrix_world = Matrix(((2, 0, 0, 1), (0, 1, 0, 5), (0, 0, 1, 0), (0, 0, 0, 1)))
     b_node, b_place = material.add("ShaderNodeBsdfDiffuse"), material.add("ShaderNodeTexCoord")
     b_place.object = b_empty
     material.link(b_place.outputs["Object"], b_node.inputs["Color"])
