@@ -21,6 +21,7 @@ test-real: venv  ## Build, install and use the extension in the real Blender BLE
 	$(RUN) tools/run_tests.py -v tests/real_blender/checks.py $(ARGS)
 
 pictures: venv  ## Make the pictures in docs/ anew (XVFB_BLENDER=)
+	mkdir -p build
 	$(RUN) tools/demo.py --output build/demo
 	$(RUN) tools/run_tests.py tests/real_blender/checks.py -k "panels or first_hour" --basetemp build/real
 	cp build/demo/hybrid.png build/real/real0/panels.png docs
