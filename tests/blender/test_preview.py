@@ -9,7 +9,8 @@ import bpy
 import numpy as np
 import pytest
 
-from hybrid_addon.blender import engine, images
+import hybrid_addon as hybrid
+from hybrid_addon.blender import engine, images, results
 from hybrid_addon.blender.preview import view as view_module
 from hybrid_addon.blender.preview.display import Display
 from hybrid_addon.blender.preview.job import Job
@@ -138,3 +139,16 @@ def test_the_render_region_bounds_the_preview(monkeypatch):
     scene.render.use_border = space.use_render_border = False
     assert view_module._rect(region, space, object(), scene) == (0, 20, 200, 100)
     assert view_module._rect(region, space, None, scene) == (0, 0, 200, 100)
+
+
+def test_f12_of_a_render_region_keeps_to_the_time_budget(scene):
+    """What Render Region in the Image Editor sets: that part alone, as good as the budget allows."""
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.use_border = 256, 192, True
+    scene.render.border_min_x, scene.render.border_max_x = 0.25, 0.75
+    scene.render.border_min_y, scene.render.border_max_y = 0.5, 1.0
+    hybrid.mark(bpy.data.objects["Cube"], opacity=0.0)
+    report = hybrid.render(scene, mode="full", samples=65536, time_budget=1.5).report
+    assert report["time"]["total"]["wall"] < 2.5  # a machine that does other things, too
+    frame = results.frames[scene.name]
+    assert frame.window == (64, 96, 192, 192) and frame.mask.shape == (96, 128)
+    assert any(entry["what"] == "samples" for entry in report["skipped"])

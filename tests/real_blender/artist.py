@@ -20,7 +20,7 @@ import window as screen
 
 FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
 PACKAGE = "bl_ext.user_default.hybrid_addon"
-PATIENCE = 60  # seconds for a render
+PATIENCE = 120  # seconds for a render on a busy machine
 
 
 def window() -> bpy.types.Window:

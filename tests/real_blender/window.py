@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import bpy
 
-PATIENCE = 150  # seconds for a whole script
+PATIENCE = 190  # seconds for a whole script
 
 
 def limit(seconds: float = PATIENCE) -> None:
