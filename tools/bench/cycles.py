@@ -30,7 +30,7 @@ PILOT = 32  # samples
 REFERENCE = 256  # samples: at 16 times fewer the error is 8 times as large
 STEPS = (1, 2, 4, 6, 9, 12, 16, 25, 36, 49, 64, 100, 144, 256)
 DEPTH = 16
-OURS = {"adaptive": 0.05, "cutoff": 1 / 32}  # at this error nothing finer pays
+ADAPTIVE, CUTOFF = 0.05, 1 / 32  # at this error nothing finer pays
 GOALS = {"the whole frame": 20.0, "the spheres alone": 10.0}
 Size = tuple[int, int]
 
@@ -40,7 +40,7 @@ def against_cycles(bench: Bench) -> list[Table]:
     size = (128, 96) if bench.quick else (512, 384)
     target = 4 * TARGET if bench.quick else TARGET
     scene = two_spheres(size)
-    settings = replace(engine.tracer_settings(scene), max_depth=DEPTH, **OURS)
+    settings = replace(engine.tracer_settings(scene), max_depth=DEPTH, adaptive=ADAPTIVE, cutoff=CUTOFF)
     scene.view_layers[0].update()
     data = _translated(scene, size).scene
     mask = trace(data, replace(settings, samples=16, adaptive=0.0)).coverage
@@ -55,7 +55,7 @@ def against_cycles(bench: Bench) -> list[Table]:
     table = Table(
         f"Equal error: RMSE {target:g} over the {pixels:,} pixels of two spheres, {size[0]}x{size[1]}",
         ["", "samples", "RMSE", "wall s", "cpu s", "times ours"],
-        note=f"Ours: Adaptive Sampling {OURS['adaptive']:g}, Cutoff {OURS['cutoff']:g}; translating, building, tracing "
+        note=f"Ours: Adaptive Sampling {ADAPTIVE:g}, Cutoff {CUTOFF:g}; translating, building, tracing "
         "the masked pixels. Cycles: its whole render, transfer of the scene included; 'alone': everything else is held "
         "out within the rectangle around the spheres.",
     )
