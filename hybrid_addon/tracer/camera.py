@@ -39,9 +39,11 @@ def generate_rays(
     plane_y = bottom + (top - bottom) * (y / height)
     eye = position - center
 
-    direction, foot = np.empty((3, len(x))), np.empty((3, len(x)))
+    perspective = camera.projection == "PERSP"
+    direction = np.empty((3, len(x)))
+    foot = np.empty((3, 1 if perspective and on_lens is None else len(x)))  # of a pinhole all rays start in one place
     for i in range(3):
-        if camera.projection == "PERSP":
+        if perspective:
             direction[i] = plane_x * axis_x[i] + plane_y * axis_y[i] - axis_z[i]
             foot[i] = eye[i]
         else:
@@ -52,7 +54,7 @@ def generate_rays(
             foot[i] += offset
             direction[i] -= offset / camera.lens.focus_distance
     length = np.sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2])
-    exact = direction / length
+    exact = np.divide(direction, length, out=direction)
     unit = exact if _is_wide(camera) else exact.astype(np.float32)
     clip_start, clip_end = camera.clip_start * length, camera.clip_end * length
     # Distances along each ray to where it passes the centre, and to where it enters the ball.
@@ -60,8 +62,10 @@ def generate_rays(
     start = np.maximum(clip_start, nearest - bounds_radius)
     aim = np.maximum(start, nearest)
     # Aimed with the rounded direction: the ray is exact where the scene is, not where the camera is.
-    origin = (foot + aim * exact - (aim - start) * unit).astype(np.float32)
-    return origin, unit, (clip_end - start).astype(np.float32)
+    origin = aim * exact
+    origin += foot
+    origin -= (aim - start) * unit
+    return origin.astype(np.float32), unit, (clip_end - start).astype(np.float32)
 
 
 def project(

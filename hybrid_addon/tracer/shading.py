@@ -159,7 +159,7 @@ def _highlight(hit: Interaction, lit: Illumination, light: CompiledLight) -> Flo
     shines = table.shades_specular.take(hit.surface) & (lit.specular > 0) & (cos_i > 0) & (cos_o > 0)
     if table.layered.any():
         layered = table.layered.take(hit.surface)
-        _add_layered(hit, lit, light, np.flatnonzero(shines & layered), result)
+        _add_layered(hit, lit, light, select(shines & layered), result)
         shines &= ~layered
         if not shines.any():
             return result
@@ -183,19 +183,21 @@ def _highlight(hit: Interaction, lit: Illumination, light: CompiledLight) -> Flo
     return result
 
 
-def _add_layered(hit: Interaction, lit: Illumination, light: CompiledLight, index: Numbers, result: Float32) -> None:
+def _add_layered(hit: Interaction, lit: Illumination, light: CompiledLight, index: Index, result: Float32) -> None:
     """Add the lobes of layered surfaces to result (3, n), at the hits `index`."""
-    if len(index) == 0:
+    if count(index, len(hit.prim)) == 0:
         return
-    wi, wo, n = lit.wi[:, index], hit.wo[:, index], hit.n_shading[:, index]
+    wi, wo, n = take(lit.wi, index), take(hit.wo, index), take(hit.n_shading, index)
     half = normalize(wi + wo)
     cosines = np.minimum(dot(half, n), np.float32(1)), dot(wi, n), dot(wo, n)
-    radius = angular_radius(light, hit.point[:, index])
+    radius = angular_radius(light, take(hit.point, index))
     color = hit.value("lobe", index) * ggx_highlight(*cosines, hit.value("lobe_roughness", index), radius)
     coat = hit.value("coat", index)
     if coat.any():
         color += coat * ggx_highlight(*cosines, hit.value("coat_roughness", index), radius)
-    result[:, index] = color * lit.specular[index]
+    color *= take(lit.specular, index)
+    for row, values in zip(result, color, strict=True):
+        row[index] = values
 
 
 def _visible_share(
