@@ -14,7 +14,10 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-_PUBLIC = ("enable", "disable", "mark", "unmark", "advise", "render", "plan", "explain", "HybridResult", "HybridError")
+_PUBLIC = (
+    "enable", "disable", "mark", "unmark", "advise", "render", "retrace", "plan", "explain", "HybridResult",
+    "HybridError",
+)  # fmt: skip
 
 
 def register() -> None:

@@ -1,10 +1,11 @@
-"""The Python interface: enable, disable, mark, unmark, advise, render, plan, explain; all at the front door."""
+"""The Python interface: enable, disable, mark, unmark, advise, render, retrace, plan, explain; at the front door."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from inspect import signature
 from typing import Any
 
 import bpy
@@ -14,10 +15,14 @@ from ..presets import QUALITY
 from ..report.frame import frame_report
 from ..scene import Float32
 from . import engine, images, keep, opengl, pipeline, results
+from . import retrace as again
 from .errors import HybridError
 from .scan import advise, explain, plan
 
-__all__ = ["HybridError", "HybridResult", "advise", "disable", "enable", "explain", "mark", "plan", "render", "unmark"]
+__all__ = [
+    "HybridError", "HybridResult", "advise", "disable", "enable", "explain", "mark", "plan", "render", "retrace",
+    "unmark",
+]  # fmt: skip
 
 enable = pipeline.enable
 
@@ -26,6 +31,7 @@ def disable(scene: bpy.types.Scene) -> None:
     """Switch hybrid rendering off; the scene is then as it was before `enable`, and nothing of it is kept."""
     pipeline.disable(scene)
     keep.forget()
+    again.forget()
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,37 +126,72 @@ def render(
     render itself failed or was cancelled.
     """
     scene = scene or bpy.context.scene
-    values = {
-        "samples": samples,
-        "max_depth": max_depth,
-        "cutoff": cutoff,
-        "adaptive": adaptive,
-        "time_budget": time_budget,
-        "shadow_samples": shadow_samples,
-        "rough_samples": rough_samples,
-        "occlusion_samples": occlusion_samples,
-        "occlusion_distance": occlusion_distance,
-        "traced_shadows": traced_shadows,
-        "photons": photons,
-        "raster_backed": raster_backed,
-    }
     overrides = {
         **quality(preset),
-        **{name: value for name, value in values.items() if value is not None},
-        "mode": mode.upper() if mode else None,
-        "caustics": caustics.upper() if caustics else None,
-        "light_falloff": light_falloff.upper() if light_falloff else None,
-        "threads": threads,
+        **_given(
+            samples=samples,
+            max_depth=max_depth,
+            cutoff=cutoff,
+            adaptive=adaptive,
+            time_budget=time_budget,
+            shadow_samples=shadow_samples,
+            rough_samples=rough_samples,
+            occlusion_samples=occlusion_samples,
+            occlusion_distance=occlusion_distance,
+            traced_shadows=traced_shadows,
+            photons=photons,
+            raster_backed=raster_backed,
+            mode=mode,
+            caustics=caustics,
+            light_falloff=light_falloff,
+            threads=threads,
+        ),
     }
     with _seen_by(scene, camera), _overridden(scene, overrides, frame, resolution):
         check(scene)
-        try:
-            bpy.ops.render.render(scene=scene.name)
-        except RuntimeError as error:
-            raise _reason(scene, str(error)) from error
-        if results.errors.get(scene.name):
-            raise HybridError(results.errors[scene.name])
-        return _collect(scene)
+        return _rendered(scene)
+
+
+def retrace(
+    scene: bpy.types.Scene | None = None,
+    *,
+    preset: str | None = None,
+    resolution: tuple[int, int] | None = None,
+    camera: bpy.types.Object | None = None,
+    **settings: Any,
+) -> HybridResult:
+    """Trace again over what EEVEE drew in the scene's last render: the same, bit for bit, as `render` at its frame.
+
+    settings: of `render`, all that are the tracer's (not `mode`, `frame`), for this picture only. Reflectivity, opacity
+    and IOR of objects and materials may have changed, too. What was given to that render in resolution, camera and
+    shadows must be given again. Raises HybridError, one line, if there is no such render or if EEVEE would draw
+    anything else now; TypeError for a setting that there is not.
+    """
+    scene = scene or bpy.context.scene
+    odd = sorted(settings.keys() - (signature(render).parameters.keys() - {"mode", "frame"}))
+    if odd:
+        raise TypeError(f"retrace() has no setting {odd[0]!r}")
+    overrides = {**quality(preset), **_given(**settings)}
+    with _seen_by(scene, camera), _overridden(scene, overrides, again.frame_of(scene), resolution):
+        scene.view_layers[0].update()  # so that what a script has just changed is told of
+        with again.retracing(scene):
+            return _rendered(scene)
+
+
+def _given(**settings: Any) -> dict[str, Any]:
+    """The settings that are not None; names of choices as properties have them."""
+    return {name: v.upper() if isinstance(v, str) else v for name, v in settings.items() if v is not None}
+
+
+def _rendered(scene: bpy.types.Scene) -> HybridResult:
+    """Render the scene as it is set up."""
+    try:
+        bpy.ops.render.render(scene=scene.name)
+    except RuntimeError as error:
+        raise _reason(scene, str(error)) from error
+    if results.errors.get(scene.name):
+        raise HybridError(results.errors[scene.name])
+    return _collect(scene)
 
 
 def quality(preset: str | None) -> dict[str, float]:
@@ -209,7 +250,7 @@ def _overridden(
 ) -> Iterator[None]:
     """Set what is given, render, put everything back, whatever happened."""
     settings, b_render = scene.hybrid, scene.render
-    before = {name: getattr(settings, name) for name, value in values.items() if value is not None}
+    before = {name: getattr(settings, name) for name in values}
     size = (b_render.resolution_x, b_render.resolution_y, b_render.resolution_percentage)
     device = b_render.compositor_device
     frame_before, enabled = scene.frame_current, settings.enabled

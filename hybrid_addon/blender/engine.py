@@ -18,7 +18,7 @@ import numpy as np
 
 from ..report.frame import frame_report
 from ..scene import Film, Float32, Raster, Settings
-from . import abort, images, keep, layers, pipeline, raster, results, shadows
+from . import abort, images, keep, layers, pipeline, raster, results, retrace, shadows
 
 Progress = Callable[[str, float], bool]
 Window = tuple[int, int, int, int]
@@ -26,12 +26,14 @@ Window = tuple[int, int, int, int]
 CHANNELS = {"NORMAL": "XYZ", "SHADOW": "RGB", "REFLECTION": "RGB", "REFRACTION": "RGB"}
 """Of the data passes that have more than one."""
 
+RETRACED = {"what": "EEVEE's half of the picture", "why": "retraced: it is the last render's", "count": 1}
+
 LIGHT_PASSES = {"reflection", "refraction", "raster_backed"}
 """Passes that add up with the picture, so that they are multiplied by coverage as it is."""
 
 USE_EEVEE = "has the add-on's internal engine: set Render Engine to EEVEE and tick Hybrid"
 
-PASS_TYPES = {"X": "VALUE", "XYZ": "VECTOR", "RGB": "COLOR"}
+PASS_TYPES = {"X": "VALUE", "XYZ": "VECTOR", "RGB": "COLOR", "RGBA": "COLOR"}
 
 
 class HybridTracer(bpy.types.RenderEngine):
@@ -119,8 +121,12 @@ def trace_frame(
 
     clock = results.Clock()
     drawn, mask, depth, albedo = None, None, None, None
-    if mode != "FULL":
+    again = held = retrace.held(scene)
+    if again is not None:
+        drawn, mask, depth, albedo = again.raster, again.mask, again.depth, again.albedo
+    elif mode != "FULL":
         drawn, mask, depth, albedo = _stage(progress, "Reading EEVEE's picture", raster.read, scene, window)
+        held = retrace.hold(scene, window, drawn, mask, depth, albedo)
     timing["mask read"] = clock.read()
 
     clock, left = results.Clock(), keep.of(scene.name)
@@ -129,6 +135,8 @@ def trace_frame(
         light_falloff=scene.hybrid.light_falloff, kept=left.meshes,
     )  # fmt: skip
     timing["translate"] = clock.read()
+    if held is not None:
+        retrace.check_drawn(held, translation.scene)
     traced_scene, unfit = translation.scene, "" if depth is None else raster.unfit_to_back(scene)
     if drawn is not None and depth is not None and not unfit:
         traced_scene = replace(
@@ -147,6 +155,8 @@ def trace_frame(
         traced = shade(traced, drawn, film.shadow)
     if albedo is not None and film.caustic is not None:
         traced = light_up(traced, film.caustic, albedo)
+    notes = [RETRACED] if again else []
+    notes += [{"what": "raster-backed hits", "why": unfit, "count": 1}] if unfit else []
     report = frame_report(
         versions=versions(),
         settings=public_settings(scene),
@@ -157,7 +167,11 @@ def trace_frame(
         counts=translation.counts,
         time=timing,
         warnings=[*scene_warnings(scene), *translation.warnings, *budget_warnings(scene, timing, film)],
-        skipped=[*left.skipped(), *([{"what": "raster-backed hits", "why": unfit, "count": 1}] if unfit else [])],
+        skipped=[
+            *([RETRACED] if again else []),
+            *left.skipped(),
+            *([{"what": "raster-backed hits", "why": unfit, "count": 1}] if unfit else []),
+        ],
     )
     return results.Frame(window, drawn, mask, traced, report, data_passes(scene, film, mask)), film
 
@@ -295,10 +309,10 @@ def _window(scene: bpy.types.Scene, resolution: tuple[int, int], size: tuple[int
 
 
 def _passes(scene: bpy.types.Scene | None) -> dict[str, str]:
-    """Names and channels of the trace scene's passes beside the picture: two always, the others if they are wanted."""
+    """Names and channels of the trace scene's passes beside the picture: three always, others if they are wanted."""
     wanted = sorted(scene.hybrid.passes) if scene else []
     data = {pass_name(name): CHANNELS.get(name, "X") for name in wanted}
-    return {"Mask": "X", "Residual": "X", **data}
+    return {"Mask": "X", "Residual": "X", retrace.PASS: "RGBA", **data}
 
 
 def pass_name(name: str) -> str:
@@ -308,6 +322,8 @@ def pass_name(name: str) -> str:
 
 def _deliver(target: bpy.types.RenderResult, frame: results.Frame, film: Film) -> None:
     passes = target.layers[0].passes
+    if frame.raster is not None:
+        passes[retrace.PASS].rect.foreach_set(frame.raster.ravel())
     # Not `rect = pixels`: that makes a Python number of each, 190 times slower.
     passes["Combined"].rect.foreach_set(frame.traced.ravel())
     passes["Mask"].rect.foreach_set(frame.mask.ravel())

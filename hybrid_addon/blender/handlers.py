@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import images, keep, note, pipeline, preview, results, shadows
+from . import images, keep, note, pipeline, preview, results, retrace, shadows
 from .fingerprint import Fingerprint, fingerprint
 
 _undone: Fingerprint | None = None
@@ -78,6 +78,7 @@ def _in_window(operator: Any, **properties: str) -> None:
 
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    retrace.touched(depsgraph)
     if not any(scene.hybrid.enabled or pipeline.is_trace_scene(scene) for scene in bpy.data.scenes):
         return
     if any(_concerns_us(update.id) for update in depsgraph.updates):
@@ -121,6 +122,7 @@ def _on_loaded(*_args: Any) -> None:
     note.take_back()
     keep.forget()
     preview.forget()
+    retrace.forget()
     pipeline.sync_all()
     if bpy.app.background and any(pipeline.is_active(scene) for scene in bpy.data.scenes):
         images.ensure_render_result()
@@ -153,6 +155,7 @@ def _before_render(scene: bpy.types.Scene, *_args: Any) -> None:
     """In the background only: in a window this runs on the render thread, where editing the scene crashes Blender."""
     if bpy.app.background and not pipeline.is_trace_scene(scene):
         pipeline.sync(scene)
+    retrace.begins(scene)
 
 
 @persistent
@@ -172,6 +175,11 @@ def _frame_ends(scene: bpy.types.Scene, *_args: Any) -> None:
     results.finish(scene.name)
 
 
+@persistent
+def _render_ends(scene: bpy.types.Scene, *_args: Any) -> None:
+    retrace.finished(scene.name)
+
+
 _HANDLERS: tuple[tuple[str, Callable[..., None]], ...] = (
     ("depsgraph_update_post", _on_update),
     ("undo_post", _on_undone),
@@ -185,6 +193,8 @@ _HANDLERS: tuple[tuple[str, Callable[..., None]], ...] = (
     ("render_init", _before_render),
     ("render_pre", _frame_begins),
     ("render_post", _frame_ends),
+    ("render_complete", _render_ends),
+    ("render_cancel", _render_ends),
 )
 
 

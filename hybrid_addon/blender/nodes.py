@@ -8,7 +8,7 @@ Layers node fed (Image, Alpha) is fed by the Hybrid node instead:
 
 The group adds all four channels: the raster half is already multiplied by 1 - coverage and the traced half by coverage
 (both associated alpha), so the plain sum is exact at every edge. In RASTER mode the user's own layer goes through the
-group with nothing to add, in FULL mode nothing but the traced half.
+group with nothing to add, in FULL mode nothing but the traced half. In a retrace both halves are the tracer's.
 """
 
 from __future__ import annotations
@@ -50,10 +50,11 @@ def sync(
     for user_node in render_layers(tree, scene, source.name):
         hybrid = stand_ins.pop(user_node.name, None) or _insert(tree, user_node)
         _divert(tree, user_node, hybrid)
-        raster = {"HYBRID": mask_node, "RASTER": user_node}.get(mode)
-        _link(tree, hybrid.inputs["Raster"], raster and raster.outputs["Image"])
+        raster = {"HYBRID": (mask_node, "Image"), "RASTER": (user_node, "Image"), "RETRACE": (trace_node, "Raster")}
+        node, output = raster.get(mode, (None, ""))
+        _link(tree, hybrid.inputs["Raster"], node and node.outputs[output])
         _link(tree, hybrid.inputs["Traced"], None if mode == "RASTER" else trace_node.outputs["Image"])
-        _mute_ours(user_node, mode == "FULL" and not other_outputs(user_node))
+        _mute_ours(user_node, mode in {"FULL", "RETRACE"} and not other_outputs(user_node))
     for orphan in stand_ins.values():
         _withdraw(tree, orphan, scene, source.name)
     own = _own(tree)

@@ -8,8 +8,9 @@ import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from ..presets import QUALITY
-from . import flags
+from . import flags, retrace
 from .api import GEOMETRY, mark
+from .errors import HybridError
 
 # name: (reflectivity, opacity, ior, tooltip). IOR of glass and water at 589 nm, 20 C; diamond 2.417.
 PRESETS = {
@@ -166,6 +167,44 @@ class HYBRID_OT_collection_toggle(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class HYBRID_OT_retrace(bpy.types.Operator):
+    bl_idname = "hybrid.retrace"
+    bl_label = "Retrace"
+    bl_description = "Trace the ray traced objects again over the last render; EEVEE draws nothing again"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if bpy.app.is_job_running("RENDER"):
+            cls.poll_message_set("A render is running")
+            return False
+        reason = retrace.why_not(context.scene)
+        if reason:
+            cls.poll_message_set(reason[0].upper() + reason[1:])
+        return not reason
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return self._run(context.scene, "EXEC_DEFAULT")
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        return self._run(context.scene, "INVOKE_DEFAULT")
+
+    def _run(self, scene: bpy.types.Scene, how: str) -> set[str]:
+        name, state = scene.name, {"CANCELLED"}
+        try:
+            retrace.begin(scene)
+        except HybridError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        try:
+            state = bpy.ops.render.render(how, scene=name)
+        except RuntimeError as error:
+            self.report({"ERROR"}, str(error).strip())
+        finally:
+            if state != {"RUNNING_MODAL"}:
+                retrace.end(name)
+        return {"FINISHED"} if state in ({"RUNNING_MODAL"}, {"FINISHED"}) else {"CANCELLED"}
+
+
 CLASSES = (
     HYBRID_OT_surface_preset,
     HYBRID_OT_quality_preset,
@@ -174,4 +213,5 @@ CLASSES = (
     HYBRID_OT_select_ray_traced,
     HYBRID_OT_clear_all,
     HYBRID_OT_collection_toggle,
+    HYBRID_OT_retrace,
 )

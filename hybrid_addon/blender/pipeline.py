@@ -28,6 +28,9 @@ TRACE_SCENE = "Hybrid Trace"
 TRACE_LAYER = "Traced"
 ENGINE = "HYBRID_TRACER"
 COLLECTION_MARK = "hybrid_collection"  # custom property on our collections
+
+retraced: set[str] = set()
+"""Names of scenes whose next render takes EEVEE's half from the last one (retrace.py)."""
 TRACE_MARK = "hybrid_trace"  # and on our scenes: a user may choose our engine for his own
 
 
@@ -205,7 +208,7 @@ def sync(scene: bpy.types.Scene) -> None:
         collection = _sync_collection(scene)
         mask = sync_mask_layer(scene, source, collection, depth=needs_raster(scene), albedo=needs_albedo(scene))
         trace = _sync_trace_scene(scene)
-        nodes.sync(scene, source, mask, trace, mode, restore)
+        nodes.sync(scene, source, mask, trace, "RETRACE" if scene.name in retraced else mode, restore)
         set_(mask, "use", mode == "HYBRID")
         set_(source, "use", nodes.needs_source(scene, source, mode) or mode == "FULL")
         restore.save()

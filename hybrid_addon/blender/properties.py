@@ -6,7 +6,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import Collection, Context, Material, Object, PropertyGroup, Scene
 
-from . import insets, keep, pipeline, preview
+from . import insets, keep, pipeline, preview, retrace
 
 
 def _flag_changed(settings: "HybridObjectSettings", _context: Context) -> None:
@@ -26,6 +26,7 @@ def _enabled_changed(settings: "HybridSceneSettings", context: Context) -> None:
     if not settings.enabled and not bpy.app.background:  # there `render` switches it on and off again for each frame
         keep.forget()
         preview.forget()
+        retrace.forget()
 
 
 def _scene_changed(settings: "HybridSceneSettings", _context: Context) -> None:

@@ -18,6 +18,7 @@ from . import (
     pipeline,
     preview,
     properties,
+    retrace,
     translations,
     ui,
 )
@@ -65,6 +66,7 @@ def unregister() -> None:
     ui.unregister()
     insets.forget()
     keep.forget()
+    retrace.forget()
     preview.unregister()
     handlers.unregister()
     translations.unregister()

@@ -148,6 +148,7 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
         column = layout.column()
         for name in ("samples", "max_depth", "adaptive", "cutoff", "time_budget"):
             column.prop(settings, name)
+        layout.operator("hybrid.retrace", icon="FILE_REFRESH")
         report = results.reports.get(scene.name)
         if report:
             column = layout.column(align=True)
@@ -241,6 +242,7 @@ class HYBRID_IMAGE_PT_settings(bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.use_property_split = True
+        layout.operator("hybrid.retrace", icon="FILE_REFRESH")
         layout.operator("hybrid.explain_pixel", icon="EYEDROPPER")
         layout.prop(context.scene.hybrid, "shown")
         layout.prop(context.scene.hybrid, "insets")

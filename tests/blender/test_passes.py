@@ -52,7 +52,7 @@ def rendered(addon):
 
 
 def test_the_node_has_the_sockets_that_were_asked_for(rendered):
-    assert rendered.before == rendered.after == {"Image", "Alpha", "Mask", "Residual"}
+    assert rendered.before == rendered.after == {"Image", "Alpha", "Mask", "Residual", "Raster"}
     assert rendered.wanted == rendered.before | {"Depth", "Normal", "Samples"}
 
 

@@ -316,6 +316,15 @@ def test_the_viewport_shows_the_preview(blender: Blender, folder: Path, scene: P
     assert far(eevee, without).mean() < 0.001
 
 
+def test_a_retrace_in_a_window_is_the_whole_render(blender: Blender, folder: Path, scene: Path) -> None:
+    """By the button's operator, as a job; into the Render Result, equal to F12 with the same settings."""
+    printed = blender(scene, "--python", HERE / "retrace.py", "--", folder / "retrace", command=XVFB_BLENDER)
+    assert "RETRACE: done" in printed, printed
+    first, again, whole = (read(folder / f"retrace_{name}.exr") for name in ("first", "again", "whole"))
+    np.testing.assert_array_equal(again, whole)
+    assert np.abs(first - again).max() > 0.01
+
+
 def far(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Pixels of the viewport's part of two screenshots that differ beyond doubt."""
     return np.abs(a[90:700, :1000, :3] - b[90:700, :1000, :3]).max(axis=-1) > 0.1

@@ -96,14 +96,15 @@ def _size(mesh: TriangleMesh) -> int:
 
 def same_mesh(a: TriangleMesh, b: TriangleMesh) -> bool:
     """Whether two meshes hold the same, byte for byte."""
-    return all(_same(getattr(a, field.name), getattr(b, field.name)) for field in fields(TriangleMesh))
+    return all(same(getattr(a, field.name), getattr(b, field.name)) for field in fields(TriangleMesh))
 
 
-def _same(a: Any, b: Any) -> bool:
+def same(a: Any, b: Any) -> bool:
+    """Whether two values are equal, arrays byte for byte."""
     if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
         return a.dtype == b.dtype and a.shape == b.shape and np.array_equal(_bytes(a), _bytes(b))
     if isinstance(a, dict) and isinstance(b, dict):
-        return a.keys() == b.keys() and all(_same(a[key], b[key]) for key in a)
+        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
     return type(a) is type(b) and bool(a == b)
 
 
