@@ -4,7 +4,8 @@
     objects.py                      which objects appear where, and what they wear
     mesh.py                         evaluated meshes -> arrays
     material.py shaders.py volume.py    node trees and Custom settings -> Surface
-    texture.py image.py             image nodes -> Texture, image files -> pixels
+    values.py value_nodes.py texture_nodes.py    nodes of numbers and colours -> expressions
+    texture.py image.py sky.py      image nodes -> Texture, image files and skies -> pixels
     kept.py motion.py               what one frame leaves for the next; what is likely to change until then
     nodes.py                        walking back through node links
     settings.py messages.py         the artist's settings; what he is told

@@ -35,6 +35,7 @@ class Images:
         self._warn = warn
         self._kept = Kept() if kept is None else kept
         self._pixels: dict[tuple[str, str], Float32] = {}
+        self._tiles: dict[str, dict[tuple[int, int], Float32]] = {}
 
     def pixels(self, b_image: bpy.types.Image, b_image_user: bpy.types.ImageUser | None = None) -> Float32:
         """(height, width, 4) float32; a single pink pixel, and a warning, where the image cannot be read."""
@@ -46,7 +47,9 @@ class Images:
 
     def tiles(self, b_image: bpy.types.Image) -> dict[tuple[int, int], Float32]:
         """The tiles of a tiled image, by column and row; a warning for each that cannot be read, which is left out."""
-        found = {}
+        found = self._tiles.setdefault(b_image.name_full, {})
+        if found:
+            return found
         with _saved(b_image) as path:
             for number in sorted(b_tile.number for b_tile in b_image.tiles):
                 tile = tile_path(path, number)
