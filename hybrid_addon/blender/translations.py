@@ -190,6 +190,11 @@ GERMAN = {
     ),
     "Physical": "Physikalisch",
     "Inverse square without an end, as Cycles has it": "Quadratisch und ohne Ende, wie in Cycles",
+    "Light": "Licht",
+    "Residual": "Rest",
+    "Light that was cut off, as a share; the node has it in any case": (
+        "Abgebrochenes Licht, als Anteil; der Node hat es in jedem Fall"
+    ),
     "Viewport Preview": "Vorschau im Ansichtsfenster",
     "Data Passes": "Datenpässe",
     "Passes of the ray traced objects for the compositor": "Pässe der Objekte mit Raytracing für den Compositor",
@@ -234,6 +239,11 @@ GERMAN = {
     "{} more lines: text '{}'": "{} weitere Zeilen: Text '{}'",
     "From the left edge of the frame": "Vom linken Bildrand",
     "From the lower edge of the frame": "Vom unteren Bildrand",
+    "Retrace": "Neu verfolgen",
+    "Trace the ray traced objects again over the last render; EEVEE draws nothing again": (
+        "Die Objekte mit Raytracing über dem letzten Bild neu verfolgen; EEVEE zeichnet nichts neu"
+    ),
+    "A render is running": "Es wird gerade gerendert",
     "Insets": "Einblendungen",
     "Mask and traced half as two small pictures over the Render Result": (
         "Maske und verfolgte Hälfte als zwei kleine Bilder über dem Renderergebnis"
