@@ -236,7 +236,6 @@ class HybridSceneSettings(PropertyGroup):
         min=0,
         max=64,
         soft_max=16,
-        update=_scene_changed,
     )
     occlusion_samples: IntProperty(  # type: ignore[valid-type]
         name="Occlusion Samples",
