@@ -110,9 +110,10 @@ class PrimitiveSet:
     def _retrace(self, hits: Hits, origin: Float32, direction: Float32, tally: Tally) -> None:
         """Advance rays whose hit lies behind them (a rounding error of Embree) and trace them again.
 
-        Closest hit makes this safe: whatever is nearer than a spurious hit would have been returned.
+        Closest hit makes this safe: whatever is nearer than a spurious hit would have been returned. A hit at distance 0
+        is none: the origin, which is off its own surface, was rounded onto another, in a corner, and may not leave it.
         """
-        spurious = np.flatnonzero(~(hits.t > 0))
+        spurious = np.flatnonzero(~(hits.t >= 0))
         if len(spurious) == 0:
             return
         tally.add("self_hits", len(spurious))
@@ -123,7 +124,7 @@ class PrimitiveSet:
             with tally.phase("intersect"):
                 again = self._triangles.intersect(moved, d)
             found = self._refine(again, start, d)
-            good = (found.t > 0) | (again == MISS)
+            good = (found.t >= 0) | (again == MISS)
             self._store(hits, spurious[good], found, good)
             spurious, start, d, step = spurious[~good], start[:, ~good], d[:, ~good], step[~good] * RETRACE_GROWTH
             if len(spurious) == 0:

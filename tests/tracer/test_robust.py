@@ -112,6 +112,21 @@ def test_spurious_hits_behind_a_ray_are_traced_again(build):
     assert tally.counts["self_hits"] == np.count_nonzero(raw >= 0)
 
 
+def test_a_ray_that_starts_on_another_surface_does_not_pass_through_it(build):
+    """As in a corner, where a point on one wall is rounded onto the plane of the next: the wall is met at distance 0."""
+    s = build.scene((build.box((-1, -1, -1), (3, 1, 1)), build.matte()))
+    g = flatten(s, [{}])
+    rng = np.random.default_rng(3)
+    low = g.vertices.min(axis=0)
+    n = 1000
+    origin = np.stack([rng.uniform(-0.9, 0.9, n), rng.uniform(-0.9, 0.9, n), np.full(n, low[2])]).astype(np.float32)
+    out = -grazing_directions(np.tile(np.float64([[0], [0], [1]]), n), rng)
+    tally = Tally()
+    hits = PrimitiveSet(g, np.ones(len(g.surface), bool)).nearest(origin, out, tally)
+    assert (hits.t == 0).all() and (hits.prim >= 0).all()
+    assert tally.counts["self_hits"] == 0
+
+
 def test_bad_rays_are_told_from_good_ones():
     o = np.float32([[0, np.nan, 0, 0, 0, np.inf, 1e30], [0] * 7, [0] * 7])
     d = np.float32([[1, 1, np.nan, 0, np.inf, 1, 0], [0] * 7, [0, 0, 0, 0, 0, 0, 1]])
