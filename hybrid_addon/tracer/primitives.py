@@ -110,8 +110,8 @@ class PrimitiveSet:
     def _retrace(self, hits: Hits, origin: Float32, direction: Float32, tally: Tally) -> None:
         """Advance rays whose hit lies behind them (a rounding error of Embree) and trace them again.
 
-        Closest hit makes this safe: whatever is nearer than a spurious hit would have been returned. A hit at distance 0
-        is none: the origin, which is off its own surface, was rounded onto another, in a corner, and may not leave it.
+        Closest hit makes this safe: whatever is nearer than a spurious hit would have been returned. Hits at distance 0
+        are sound: in a corner an origin, off its own surface, was rounded onto another, and may not leave through it.
         """
         spurious = np.flatnonzero(~(hits.t >= 0))
         if len(spurious) == 0:
