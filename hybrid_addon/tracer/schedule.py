@@ -18,7 +18,7 @@ from .adaptive import Audit, audit, choose
 from .compiled import CompiledScene
 from .constants import COARSEST, FIRST_SAMPLES, SAMPLING_SLOPE
 from .passes import Pass, Passes, Pixels
-from .totals import Totals
+from .totals import Totals, neighbours_rmse
 
 END = 0.95
 """The fraction of the progress at which all samples are taken."""
@@ -145,8 +145,15 @@ class Schedule:
         known = variance[np.isfinite(variance)]
         self.sampling["samples_mean"] = float(taken.mean()) if len(taken) else 0.0
         self.sampling["samples_max"] = int(np.max(taken, initial=0))
-        self.sampling["rmse"] = float(np.sqrt(known.mean())) if len(known) else None
+        self.sampling["rmse"] = float(np.sqrt(known.mean())) if len(known) else self._rmse_from_neighbours()
         self.sampling["slope"] = SAMPLING_SLOPE
+
+    def _rmse_from_neighbours(self) -> float | None:
+        """Of one sample a pixel, or less."""
+        traced = np.zeros(self.size, bool)
+        traced.reshape(-1)[self.pixels] = self.totals.seen[self.pixels] > 0
+        weight = np.ones(self.size, np.float32) if self.mask is None else self.mask.reshape(self.size)
+        return neighbours_rmse(self.totals.mean, traced, weight, len(self.pixels))
 
     def _skip(self, what: str, why: str, number: int) -> None:
         if number:

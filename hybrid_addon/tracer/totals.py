@@ -135,6 +135,10 @@ class Totals:
             return np.asarray((sums[..., pixels] / np.where(seen > 0, seen, 1.0)).astype(np.float32))
 
 
+NEIGHBOUR_BAND = 1 << 15
+"""Pixels whose neighbours are looked at at once."""
+
+
 def _sum(groups: Float64) -> Float64:
     """Sum over the last axis, one after the other."""
     result: Float64 = groups[..., 0].copy()
@@ -153,6 +157,40 @@ def mean_variance(radiance: Float64, seen: Float64) -> Float32:
     difference -= _sum(radiance[..., middle:]) / _sum(seen[..., middle:])
     difference *= difference
     return np.asarray((difference.mean(axis=0) * HALVES_TO_ERROR).astype(np.float32))
+
+
+def neighbours_rmse(
+    mean: Callable[[slice], Float32], traced: NDArray[np.bool_], weight: Float32, wanted: int
+) -> float | None:
+    """Error to expect of `wanted` pixels with one sample or none, from how far neighbours differ; None: nobody knows.
+
+    A sample is half as far, squared, from the mean that it stands for as from its neighbour's; a pixel that copies a
+    neighbour is as far as that is. Where a picture has detail of its own this is more than the error.
+
+    mean : gives (3, m) of a run of pixels.   traced : (h, w) with a sample.   weight : (h, w), the pixel's share.
+    """
+    squared, pairs, step = 0.0, 0, 1
+    height, width = traced.shape
+    while pairs == 0 and step < max(traced.shape):
+        rows = max(step, NEIGHBOUR_BAND // width)
+        for start in range(0, height, rows):  # in bands, or a large picture would need much memory for this
+            stop = min(start + rows + step, height)
+            part = mean(slice(start * width, stop * width)).reshape(3, stop - start, width)
+            known, share = traced[start:stop], weight[start:stop]
+            own, below = min(rows, height - start), max(min(rows, height - start - step), 0)
+            right = known[:own, :-step] & known[:own, step:], part[:, :own, step:] - part[:, :own, :-step]
+            above = slice(step, step + below)
+            up = known[:below] & known[above], part[:, above] - part[:, :below]
+            for (both, apart), size in ((right, share[:own, :-step]), (up, share[:below])):
+                apart *= size
+                apart *= apart
+                squared += float(apart.mean(axis=0)[both].sum(dtype=np.float64))
+                pairs += int(np.count_nonzero(both))
+        step *= 2
+    if pairs == 0:
+        return None
+    own_share = np.count_nonzero(traced) / max(wanted, 1)
+    return float(np.sqrt(squared / pairs * (own_share / 2 + 1 - own_share)))
 
 
 def contrast(a: Float32, b: Float32) -> Float32:

@@ -8,6 +8,7 @@ import pytest
 from hybrid_addon.scene import PointLight, Settings, World
 from hybrid_addon.tracer import schedule, trace
 from hybrid_addon.tracer.adaptive import upper_limit
+from hybrid_addon.tracer.totals import neighbours_rmse
 
 FULL = Settings(samples=32, see="ALL", threads=1, max_depth=6)
 THRIFTY = replace(FULL, adaptive=0.05)
@@ -134,8 +135,17 @@ def test_the_estimate_of_the_sampling_error_is_about_right(spheres, reference, s
     assert 0.5 < film.sampling["rmse"] / rmse(film, reference) < 2
 
 
-def test_one_sample_says_nothing_of_its_error(spheres):
-    assert trace(spheres, replace(FULL, samples=1)).sampling["rmse"] is None
+def test_the_error_of_one_sample_is_told_by_its_neighbours(spheres, reference):
+    film = trace(spheres, replace(FULL, samples=1))
+    assert 0.5 < film.sampling["rmse"] / rmse(film, reference) < 3
+
+
+def test_noise_is_as_far_from_its_mean_as_neighbours_say():
+    noise = np.random.default_rng(0).normal(1, 0.1, (3, 900 * 50)).astype(np.float32)
+    weight, none = np.full((900, 50), 0.5, np.float32), np.zeros((900, 50), bool)
+    assert neighbours_rmse(lambda part: noise[:, part], ~none, weight, none.size) == pytest.approx(0.05, rel=0.03)
+    assert neighbours_rmse(lambda part: np.ones_like(noise[:, part]), ~none, weight, none.size) == 0
+    assert neighbours_rmse(lambda part: noise[:, part], none, weight, none.size) is None
 
 
 def test_four_samples_leave_nothing_to_decide(spheres):

@@ -113,7 +113,7 @@ def test_spurious_hits_behind_a_ray_are_traced_again(build):
 
 
 def test_a_ray_that_starts_on_another_surface_does_not_pass_through_it(build):
-    """As in a corner, where a point on one wall is rounded onto the plane of the next: the wall is met at distance 0."""
+    """As in a corner, where a point of one wall is rounded onto the plane of the next: that is met at distance 0."""
     s = build.scene((build.box((-1, -1, -1), (3, 1, 1)), build.matte()))
     g = flatten(s, [{}])
     rng = np.random.default_rng(3)

@@ -106,13 +106,22 @@ def test_a_deadline_is_held(scene):
 
 
 def test_two_equal_passes_are_two_halves(scene, clock):
-    """One sample says nothing of its error; one and one do."""
+    """As if both had been taken at once."""
     n = SIZE[0] * SIZE[1]
-    assert trace(scene, SETTINGS, deadline=1.5 * n).sampling["rmse"] is None
-    clock[0] = 0.0
     two = trace(scene, SETTINGS, deadline=2.5 * n).sampling["rmse"]
     at_once = trace(scene, replace(SETTINGS, samples=2)).sampling["rmse"]
     assert two == pytest.approx(at_once, rel=1e-6)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.3, 1.5])
+def test_one_sample_a_pixel_or_less_has_an_error_too(scene, clock, share):
+    """Told by how far neighbours differ: at least half of what it is, and of that order."""
+    deep = trace(scene, replace(SETTINGS, samples=256)).radiance
+    clock[0] = 0.0
+    film = trace(scene, SETTINGS, deadline=share * SIZE[0] * SIZE[1])
+    error = np.sqrt(((film.radiance.astype(float) - deep) ** 2).mean())
+    assert film.sampling["samples_mean"] <= 1
+    assert 0.5 < film.sampling["rmse"] / error < 3
 
 
 def test_totals_know_nothing_at_first():
