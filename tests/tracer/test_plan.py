@@ -8,7 +8,8 @@ import pytest
 
 from hybrid_addon.scene import AreaLight, PointLight, Settings, SpotLight, SunLight, Surface, World
 from hybrid_addon.tracer import accel, trace
-from hybrid_addon.tracer.plan import PRUNINGS, describe
+from hybrid_addon.tracer.plan import describe
+from hybrid_addon.tracer.prunings import PRUNINGS
 
 ALL = Settings(samples=2, see="ALL", threads=1, rough_samples=1, occlusion_samples=1)
 LAMP = PointLight("p", (1, -2, 4), (20, 20, 20))
