@@ -450,7 +450,7 @@ class Settings:
     passes        : passes that are wanted: "depth", "normal", "samples"; "reflection" and "refraction", the light that
                     came by way of such a ray from the first surface; "raster_backed", the share of the light's way that
                     ended at raster-backed hits.
-    keep          : names of prunings (tracer.prunings.PRUNINGS) to do without, so that tests can show that the exact ones
+    keep          : names of prunings (tracer.prunings.PRUNINGS) to do without, so that tests can show that exact ones
                     change no bit.
     """
 
