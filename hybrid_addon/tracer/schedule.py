@@ -150,6 +150,8 @@ class Schedule:
 
     def _rmse_from_neighbours(self) -> float | None:
         """Of one sample a pixel, or less."""
+        if len(self.pixels) == 0:
+            return None
         traced = np.zeros(self.size, bool)
         traced.reshape(-1)[self.pixels] = self.totals.seen[self.pixels] > 0
         weight = np.ones(self.size, np.float32) if self.mask is None else self.mask.reshape(self.size)
