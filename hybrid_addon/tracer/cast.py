@@ -22,7 +22,7 @@ from .accel import traceable
 from .camera import generate_rays
 from .casters import Casters, find_casters
 from .compiled import CompiledScene
-from .constants import REACH_MARGIN
+from .constants import NEAR_BALL, REACH_MARGIN
 from .lights import CompiledLight
 from .passes import Pass, Passes, Pixels
 from .tally import Tally
@@ -176,7 +176,7 @@ def _half_size(light: CompiledLight, toward: Float64) -> Float64 | float:
     if light.light.soft_falloff or radius == 0:
         return radius
     d2 = dot(toward, toward)  # a ball: the disk that fills the same cone (lights.offset_on_light)
-    return np.asarray(radius * np.sqrt(d2 / np.maximum(d2 - radius * radius, 1e-4 * d2)))
+    return np.asarray(radius * np.sqrt(d2 / np.maximum(d2 - radius * radius, NEAR_BALL * d2)))
 
 
 def _grow(chosen: Bools, by: int) -> Bools:

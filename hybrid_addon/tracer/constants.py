@@ -158,6 +158,9 @@ REACH_MARGIN = 2.0**-16
 FAR_AREA_RATIO = 64.0
 """An area light further away than so many half diagonals is a point to 2e-4; its edge sum would cancel in float32."""
 
+LEAST_COSINE = 1.0e-6
+"""Guards a division: where a cosine is not above 0 the quotient is not used."""
+
 NEAR_BALL = 1.0e-4
 """A point nearer to a ball light than this share of its squared distance sees it as from there."""
 

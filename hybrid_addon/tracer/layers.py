@@ -17,7 +17,7 @@ import numpy as np
 
 from ..scene import Float32, Float64
 from .columns import pack
-from .constants import FAINT, MIN_ROUGHNESS, TRACED_ROUGHNESS
+from .constants import FAINT, LEAST_COSINE, MIN_ROUGHNESS, TRACED_ROUGHNESS
 from .fields import Fields
 from .vectors import Array
 
@@ -56,7 +56,7 @@ def albedo_table() -> Float64:
     hx, hz = hx / length, hz / length
     wo_h = np.clip(sin * hx + cos * hz, 0, 1)
     cos_i = 2 * wo_h * hz - cos
-    masked = np.where(cos_i > 0, masking(np.maximum(cos_i, 1e-6), alpha), 0)
+    masked = np.where(cos_i > 0, masking(np.maximum(cos_i, LEAST_COSINE), alpha), 0)
     grazing = (1 - wo_h) ** 5
     return np.stack([(masked * f).mean((2, 3)) for f in (1 - grazing, grazing, wo_h * grazing * (1 - wo_h))])
 

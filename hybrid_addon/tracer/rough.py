@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .compiled import CompiledScene
-from .constants import FAINT, MICROFACET_TRIES, MIRROR_ROUGHNESS
+from .constants import FAINT, LEAST_COSINE, MICROFACET_TRIES, MIRROR_ROUGHNESS
 from .interaction import Interaction
 from .layers import masking
 from .rays import Rays
@@ -125,7 +125,7 @@ def _microfacets(wo: Float32, n: Float32, alpha: Float32, redraw: Bools, draws: 
         h = visible_normal(wo[:, left], n[:, left], alpha[left], some.square(FACET + salt))
         result[:, left] = h
         cosine = dot(reflect(wo[:, left], h), n[:, left])
-        passes = np.where(cosine > 0, masking(np.maximum(cosine, np.float32(1e-6)), alpha[left]), 0)
+        passes = np.where(cosine > 0, masking(np.maximum(cosine, np.float32(LEAST_COSINE)), alpha[left]), 0)
         left = left[redraw[left] & (some.square(TRY + salt)[0] >= passes)]
         if len(left) == 0:
             break
