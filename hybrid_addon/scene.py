@@ -441,8 +441,9 @@ class Settings:
                     take one. 0 = rough surfaces mirror sharply.
     occlusion_samples : rays for each hit that the world lights, to find how much of it is hidden; 0 = it is in sight.
     occlusion_distance : metres, > 0; what is further away hides nothing.
-    adaptive      : 0 = all samples in every pixel; else pixels stop at 4 whose samples and neighbours agree in what
-                    they met and, within this contrast, in colour. What brings less than this share does not count.
+    adaptive      : 0 = all samples in every pixel; else pixels stop at 2 whose samples and neighbours agree in what
+                    they met and, within this contrast, in colour, and at 8, 16, ... where, within it, the halves of
+                    their samples and their neighbours' agree. What brings less than this share does not count.
     caustics      : "SIMPLE": shadows of what refracts are brighter in their middle, and darker at their rim, as if it
                     focused light (`scattering.simple_caustic`). "PHOTONS", with raster_shadows: such shadows are opaque
                     there, and `Film.caustic` has the light.

@@ -205,7 +205,7 @@ class HybridSceneSettings(PropertyGroup):
     )
     adaptive: FloatProperty(  # type: ignore[valid-type]
         name="Adaptive Sampling",
-        description="Pixels stop at 4 samples where objects, paths and, within this contrast, colours agree; 0 is off",
+        description="Pixels stop early where objects, paths and, within this contrast, colours agree; 0 is off",
         default=0.0,
         min=0.0,
         max=0.99,

@@ -130,8 +130,8 @@ GERMAN = {
         "Wie oft ein Strahl nach der Kamera reflektiert oder gebrochen werden darf"
     ),
     "Adaptive Sampling": "Adaptives Sampling",
-    "Pixels stop at 4 samples where objects, paths and, within this contrast, colours agree; 0 is off": (
-        "Pixel enden nach 4 Samples, wo Objekte, Wege und, bis auf diesen Kontrast, Farben übereinstimmen; 0 ist aus"
+    "Pixels stop early where objects, paths and, within this contrast, colours agree; 0 is off": (
+        "Pixel enden früh, wo Objekte, Wege und, bis auf diesen Kontrast, Farben übereinstimmen; 0 ist aus"
     ),
     "Cutoff": "Abbruch",
     "Share of its light that a sample may lose to rays that would bring little; 0 follows every ray": (

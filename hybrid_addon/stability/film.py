@@ -41,19 +41,19 @@ def _() -> Measured:
 @THEME.case(
     36,
     "mask-of-one-pixel",
-    "each of 16 pixels traced alone",
+    "each of 16 pixels traced alone, with a filter that reaches no other",
     "the pixels of the whole picture, bit by bit",
     0,
     "pixels",
 )
 def _() -> Measured:
     scene = glass_scene()
-    whole, wrong = masked(scene, None), 0
+    whole, wrong = masked(scene, np.ones((48, 48), np.float32), filter_radius=0.5), 0
     for k in range(16):
         mask = np.zeros((48, 48), np.float32)
-        i, j = 20 + k % 4 * 2, 14 + k // 4 * 5
+        i, j = 20 + k % 4 * 2, 17 + k // 4 * 4
         mask[i, j] = 0.5
-        film = masked(scene, mask)
+        film = masked(scene, mask, filter_radius=0.5)
         inside = (film.radiance[i, j] != whole.radiance[i, j]).any()
         wrong += int(inside) + int(np.count_nonzero(film.radiance[mask == 0]))
     return Measured(wrong)

@@ -1,22 +1,23 @@
-"""Adaptive supersampling: which pixels need all their samples, and an audit of the decision.
+"""Adaptive supersampling: which pixels need more samples, and an audit of the decision.
 
 All pixels take FIRST_SAMPLES samples. Those go on whose samples differ among each other, or from a neighbour's, in what
 their ray trees met (see `signature`) or in contrast. Mitchell (1987) gives the contrast, Genetti, Gordon and Williams
-(1998) the signatures. It is not exact: what four samples and eight neighbours miss is missed. So a random share of the
-pixels that were left alone takes all its samples too, and tells how often that happens.
+(1998) the signatures. From SECOND_LOOK samples on they stop, at every doubling, if the two halves of their samples
+agree and so do those of the pixels around them. It is not exact: what a few samples and eight neighbours miss is
+missed. So a random share of the pixels that could stop takes all its samples, and tells how often that happens.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32
-from .constants import AUDIT_AT_MOST, AUDIT_PIXELS, AUDIT_SHARE
+from .constants import AUDIT_AT_MOST, AUDIT_PIXELS, AUDIT_SHARE, FIRST_SAMPLES, SECOND_LOOK
+from .film import grow
 from .sampler import hash32
 from .totals import Totals, contrast
 
@@ -26,20 +27,43 @@ Pixels = NDArray[np.intp]
 AUDIT_SALT = np.uint32(0x51ED270B)
 
 
-@dataclass(eq=False)
-class Audit:
-    """Pixels (k,) that could have been left alone, and what four samples made of them (3, k)."""
+def looks(samples: int) -> list[int]:
+    """After how many samples of a pixel, below `samples`, it is asked whether it needs more."""
+    first = [FIRST_SAMPLES] if samples > FIRST_SAMPLES else []
+    doublings = range(int(math.log2(max(samples - 1, SECOND_LOOK) // SECOND_LOOK)) + 1)
+    return first + [SECOND_LOOK << k for k in doublings if SECOND_LOOK << k < samples]
 
-    pixels: Pixels
-    before: Float32
-    left_alone: int
+
+class Audit:
+    """Pixels that could have stopped and go on nevertheless, to see what would have been missed."""
+
+    def __init__(self, totals: Totals, seed: int) -> None:
+        """Draw them from all pixels of the totals, keyed by their absolute places and the seed."""
+        n = len(totals.grid)
+        x, y = totals.grid.at(np.arange(n))
+        share = min(AUDIT_AT_MOST, max(AUDIT_SHARE, AUDIT_PIXELS / max(n, 1)))
+        salt = hash32(np.array([seed & 0xFFFFFFFF], np.uint32) ^ AUDIT_SALT)
+        drawn = hash32(x.astype(np.uint32) ^ hash32(y.astype(np.uint32) ^ salt)) < np.uint32(share * 0xFFFFFFFF)
+        self.drawn: Bools = drawn
+        self.left_alone = 0
+        self._pixels: list[Pixels] = []
+        self._before: list[Float32] = []
+
+    def keep(self, totals: Totals, stopping: Pixels) -> Pixels:
+        """Those of the pixels that could stop which are to go on; each is asked for once."""
+        kept = stopping[self.drawn[stopping]]
+        self.left_alone += len(stopping)
+        self._pixels.append(kept)
+        self._before.append(totals.own_mean(kept))
+        return kept
 
     def result(self, totals: Totals, tolerance: float) -> dict[str, float | int]:
-        """How wrong the four samples were: mean and largest error, and the share of pixels beyond the tolerance."""
-        after = totals.mean(self.pixels)
-        error = np.abs(after - self.before).max(axis=0, initial=0.0)
-        beyond = int(np.count_nonzero(contrast(after, self.before).max(axis=0, initial=0.0) > tolerance))
-        k = len(self.pixels)
+        """How wrong their first samples were: mean and largest error, and the share of pixels beyond the tolerance."""
+        pixels, before = np.concatenate(self._pixels), np.concatenate(self._before, axis=1)
+        after = totals.own_mean(pixels)
+        error = np.abs(after - before).max(axis=0, initial=0.0)
+        beyond = int(np.count_nonzero(contrast(after, before).max(axis=0, initial=0.0) > tolerance))
+        k = len(pixels)
         return {
             "pixels": k,
             "left_alone": self.left_alone,
@@ -51,18 +75,18 @@ class Audit:
         }
 
 
-def choose(totals: Totals, pixels: Pixels, size: tuple[int, int], weight: Float32 | None, threshold: float) -> Bools:
-    """Which of the pixels need more samples: (len(pixels),) bool. size: (height, width).
+def choose(totals: Totals, pixels: Pixels, weight: Float32 | None, threshold: float) -> Bools:
+    """Which of the pixels (m,) need more than their first samples: (m,) bool.
 
-    weight : (height * width,) share of the picture that is the pixel's, or None for 1.
+    weight : (n,) share of the picture that is the pixel's, or None for 1.
     """
     assert totals.signature is not None and totals.uneven is not None
-    wanted = np.zeros(size, bool)
-    wanted.reshape(-1)[pixels] = True
-    share = np.ones(size, np.float32) if weight is None else weight.reshape(size)
-    spread = totals.spread().reshape(size) * share
-    chosen = ((totals.uneven | (totals.seen == 0)).reshape(size) | (spread > threshold)) & wanted
-    signature, mean = totals.signature.reshape(size), totals.mean().reshape(3, *size)
+    grid, everything = totals.grid, np.arange(len(totals.grid))
+    mean = totals.mean(everything)
+    share = np.ones(len(grid), np.float32) if weight is None else weight
+    chosen = totals.uneven | ~totals.seen(everything) | (totals.spread() * share > threshold)
+    wanted, chosen = grid.picture(np.ones(len(grid), bool)), grid.picture(chosen)
+    signature, mean, share = grid.picture(totals.signature), grid.picture(mean), grid.picture(share)
     for here, there in _neighbours():
         both = wanted[here] & wanted[there]
         differs = signature[here] != signature[there]
@@ -71,7 +95,17 @@ def choose(totals: Totals, pixels: Pixels, size: tuple[int, int], weight: Float3
             np.maximum(step, contrast(channel[here], channel[there]), out=step)
         for side in (here, there):
             chosen[side] |= both & (differs | (step * share[side] > threshold))
-    return np.asarray(chosen.reshape(-1)[pixels])
+    return np.asarray(chosen.reshape(-1)[grid.place[pixels]])
+
+
+def unsettled(totals: Totals, pixels: Pixels, weight: Float32 | None, threshold: float) -> Bools:
+    """Which of the pixels (m,) need more samples: they, or one beside them, have halves that differ. (m,) bool."""
+    assert totals.apart is not None
+    grid = totals.grid
+    apart = np.zeros(len(grid), bool)
+    share = np.float32(1) if weight is None else weight[pixels]
+    apart[pixels] = totals.apart[pixels] * share > threshold
+    return np.asarray(grow(grid.picture(apart), 1).reshape(-1)[grid.place[pixels]])
 
 
 def _neighbours() -> Iterator[tuple[tuple[slice, slice], tuple[slice, slice]]]:
@@ -81,16 +115,6 @@ def _neighbours() -> Iterator[tuple[tuple[slice, slice], tuple[slice, slice]]]:
     yield (but_last, everything), (but_first, everything)
     yield (but_last, but_last), (but_first, but_first)
     yield (but_last, but_first), (but_first, but_last)
-
-
-def audit(totals: Totals, left_alone: Pixels, x: NDArray[np.intp], y: NDArray[np.intp], seed: int) -> Audit:
-    """Draw pixels to check, keyed by their absolute places x, y and the seed."""
-    n = len(left_alone)
-    share = min(AUDIT_AT_MOST, max(AUDIT_SHARE, AUDIT_PIXELS / max(n, 1)))
-    salt = hash32(np.array([seed & 0xFFFFFFFF], np.uint32) ^ AUDIT_SALT)
-    drawn = hash32(x.astype(np.uint32) ^ hash32(y.astype(np.uint32) ^ salt)) < np.uint32(share * 0xFFFFFFFF)
-    pixels = left_alone[drawn]
-    return Audit(pixels, totals.mean(pixels), n)
 
 
 def upper_limit(k: int, n: int, confidence: float = 0.95) -> float:

@@ -23,6 +23,7 @@ from .camera import generate_rays
 from .casters import Casters, find_casters
 from .compiled import CompiledScene
 from .constants import NEAR_BALL, REACH_MARGIN
+from .film import grow
 from .lights import CompiledLight
 from .passes import Pass, Passes, Pixels
 from .tally import Tally
@@ -53,7 +54,9 @@ def raster_shadow(
     pixels = _concerned(views[0], pixels, tally)
     result = np.ones((n, 3), np.float32)
     if len(pixels):
-        shadowed, plain = _trace(views, scene, pixels, n, tally, deadline, report)
+        wanted = np.zeros(n, bool)
+        wanted[pixels] = True
+        shadowed, plain = _trace(views, scene, wanted.reshape(y1 - y0, x1 - x0), tally, deadline, report)
         with np.errstate(all="ignore"):
             share = np.where(shadowed == plain, np.float32(1), shadowed / plain)
         result[pixels] = np.where(np.isfinite(share), share, np.float32(1)).T
@@ -63,16 +66,16 @@ def raster_shadow(
 def _trace(
     views: list[CompiledScene],
     scene: CompiledScene,
-    pixels: Pixels,
-    n: int,
+    wanted: Bools,
     tally: Tally,
     deadline: float,
     report: Callable[[float], None],
 ) -> list[Float32]:
-    """Radiance (3, m) of the pixels in both views, with the same samples: all, or as many as there is time for."""
+    """Radiance (3, m) of the wanted pixels (h, w) in both views, with the same samples: all that there is time for."""
     samples, began = scene.settings.samples, time.perf_counter()
-    tracers = [Passes(view, None) for view in views]
-    both = [(passes, Totals.zeros(n, False, shared=passes.forks)) for passes in tracers]
+    tracers = [Passes(view, None, wanted) for view in views]
+    both = [(passes, Totals.zeros(passes.grid, passes.filter, False, shared=passes.forks)) for passes in tracers]
+    pixels = np.arange(len(tracers[0].grid))
     taken, count = 0, samples if deadline == math.inf else 1
     while taken < samples:
         for number, (passes, totals) in enumerate(both):
@@ -87,7 +90,8 @@ def _trace(
             break
     for passes, _ in both:
         tally.merge(passes.tally)
-    return [totals.mean(pixels) for _, totals in both]
+    inside = tracers[0].grid.inside()
+    return [totals.mean(inside) for _, totals in both]
 
 
 def _told(report: Callable[[float], None]) -> Callable[[float], bool]:
@@ -124,7 +128,7 @@ def _concerned(view: CompiledScene, pixels: Pixels, tally: Tally) -> Pixels:
             reached[found] = True
             tally.merge(counted)
     around = math.ceil(view.settings.filter_radius) + 1 if view.settings.samples > 1 else 0
-    grown = _grow(reached.reshape(y1 - y0, x1 - x0), around).reshape(-1)
+    grown = grow(reached.reshape(y1 - y0, x1 - x0), around).reshape(-1)
     return pixels[grown[pixels]]
 
 
@@ -177,16 +181,3 @@ def _half_size(light: CompiledLight, toward: Float64) -> Float64 | float:
         return radius
     d2 = dot(toward, toward)  # a ball: the disk that fills the same cone (lights.offset_on_light)
     return np.asarray(radius * np.sqrt(d2 / np.maximum(d2 - radius * radius, NEAR_BALL * d2)))
-
-
-def _grow(chosen: Bools, by: int) -> Bools:
-    """Let chosen pixels (h, w) grow by so many in all directions."""
-    for axis in (0, 1):
-        grown = chosen.copy()
-        for shift in range(1, by + 1):
-            there, back = [slice(None)] * 2, [slice(None)] * 2
-            there[axis], back[axis] = slice(shift, None), slice(None, -shift)
-            grown[tuple(there)] |= chosen[tuple(back)]
-            grown[tuple(back)] |= chosen[tuple(there)]
-        chosen = grown
-    return chosen

@@ -170,16 +170,20 @@ FILTER_SIGMA = 0.284
 MAX_TEXTURE_COORDINATE = 2.0**31
 """Beyond this a texture coordinate says nothing about a texel: (0, 0) is read, and integers do not overflow."""
 
-FIRST_SAMPLES = 4
-"""Adaptive sampling looks at so many samples of every pixel before it decides on the others."""
+FIRST_SAMPLES = 2
+"""Adaptive sampling looks at so many samples of every pixel, and of its neighbours, before it decides on the others."""
+
+SECOND_LOOK = 8
+"""And at so many of a pixel, and at each doubling from there, before it decides on the rest: the halves of fewer agree
+too often by chance (measured: looking at 4, too, doubles the error that is left)."""
 
 AUDIT_SHARE = 0.01
 """This share of the pixels that adaptive sampling leaves alone is sampled in full, to see what was missed,"""
 
-AUDIT_PIXELS = 2000
-"""or so many of them if that is more: none wrong among 2000 says, with 95 % confidence, at most 0.15 % wrong."""
+AUDIT_PIXELS = 500
+"""or so many of them if that is more: none wrong among 500 says, with 95 % confidence, at most 0.6 % wrong."""
 
-AUDIT_AT_MOST = 0.1
+AUDIT_AT_MOST = 0.05
 """But no larger share than this: checking a small picture must not cost more than rendering it."""
 
 SAMPLING_SLOPE = -0.75

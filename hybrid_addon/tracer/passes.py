@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from .camera import generate_rays, points_on_lens
 from .compiled import CompiledScene
-from .film import film_positions
+from .film import Grid, PixelFilter
 from .forks import AVAILABLE, FEWEST, WORTH_IT, Forks, Work
 from .primitives import PrimitiveSet
 from .rays import camera_rays
@@ -68,30 +68,28 @@ class _TooLate(Exception):
 class Pass:
     """Samples first .. first + count - 1 of some pixels.
 
-    seen     : what camera rays can hit first.
-    filtered : the samples are spread over the pixel filter; otherwise they go through the pixel's centre.
-    signed   : each sample is a group of its own and leaves its signature: what adaptive sampling looks at.
+    seen   : what camera rays can hit first.
+    spread : the samples are spread over the pixel; otherwise they go through its centre.
+    signed : each sample leaves its signature: what adaptive sampling looks at.
     """
 
     first: int
     count: int
     seen: PrimitiveSet
-    filtered: bool
+    spread: bool
     signed: bool = False
-
-    @property
-    def groups(self) -> int:
-        """Groups of samples that are told apart: two tell how sure their mean is."""
-        return self.count if self.signed else min(2, self.count)
 
 
 class Passes:
-    """Runs passes over the pixels of one window."""
+    """Runs passes over pixels of a window: all of them, or those `wanted` (h, w).
 
-    def __init__(self, scene: CompiledScene, progress: Progress | None) -> None:
-        x0, y0, x1, _ = scene.camera.window
+    filter, grid : what samples count for, and the pixels that are traced.
+    """
+
+    def __init__(self, scene: CompiledScene, progress: Progress | None, wanted: NDArray[np.bool_] | None) -> None:
         self.scene, self.settings = scene, scene.settings
-        self.corner, self.width = (x0, y0), x1 - x0
+        self.filter = PixelFilter(self.settings.filter_radius, self.settings.seed, self.settings.samples > 1)
+        self.grid = Grid.of(scene.camera.window, scene.camera.resolution, wanted, self.filter.reach)
         self.tally = Tally()
         self.stop = threading.Event()
         self.progress = progress
@@ -183,12 +181,9 @@ class Passes:
 
     def _trace(self, pixels: Pixels, work: Pass, totals: Totals, tally: Tally, check: Callable[[], None]) -> None:
         with tally.phase("shade"), np.errstate(all="ignore"):
-            x, y = self.corner[0] + pixels % self.width, self.corner[1] + pixels // self.width
-            if work.filtered:
-                radius = self.settings.filter_radius
-                film_x, film_y = film_positions(x, y, work.first, work.count, self.settings.seed, radius)
-            else:
-                film_x, film_y = np.asarray(x + 0.5, np.float64), np.asarray(y + 0.5, np.float64)
+            x, y = self.grid.at(pixels)
+            u, v = (place.astype(np.float64) for place in self.filter.places(work.first, work.count, work.spread))
+            film_x, film_y = (x[:, None] + 0.5 + u).ravel(), (y[:, None] + 0.5 + v).ravel()
             geometry, camera = self.scene.geometry, self.scene.camera
             n = len(pixels) * work.count
             sampler = Sampler(pixel_keys(x, y, self.settings.seed), work.first, work.count)
@@ -202,12 +197,12 @@ class Passes:
             signed, branched = work.signed or draws is not None, not BRANCHES.keys().isdisjoint(parts)
             rays = camera_rays(origin, direction, t_max, np.arange(n), media, signed, branched)
             tally.add("camera", n)
-            sums = Sums.zeros(len(pixels), work.count, self.settings.cutoff, work.groups, parts)
+            sums = Sums.zeros(len(pixels), work.count, self.settings.cutoff, parts)
             if work.signed and self.identity is not None:
                 importance = np.float32(self.settings.adaptive)
                 sums.signatures = Signatures(np.zeros(n, np.uint32), self.identity, importance)
             trace_rays(self.scene, rays, work.seen, sums, tally, check, sampler=draws)
-            totals.add(pixels, sums)
+            totals.add(pixels, sums, work.first)
 
 
 def _over_processes(number: int, trace: Work, chunks: int, finished: Finished, watch: Watch) -> tuple[list[int], bool]:

@@ -26,7 +26,7 @@ class Pruning:
 
 PRUNINGS = (
     Pruning("empty-mask", "exact", "tracing, and making the scene ready for it", "the mask is 0 everywhere"),
-    Pruning("unmasked", "exact", "pixels", "the mask is 0 there"),
+    Pruning("unmasked", "exact if", "pixels", "the mask is 0 there: it covers all that the pixel filter spreads"),
     Pruning("unchanged", "exact if", "making ready, and search trees", "the last frame had the same, byte for byte"),
     Pruning("reflection", "exact if", "reflected rays", "all that rays reach mirrors nothing, and is opaque or IOR 1"),
     Pruning("refraction", "exact if", "refracted rays", "every surface that rays reach is opaque"),

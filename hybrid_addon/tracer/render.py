@@ -6,7 +6,6 @@ import math
 import time
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..scene import Film, Float32, Scene, Settings
 from .cast import raster_shadow
@@ -15,7 +14,7 @@ from .constants import FAILED_PIXEL, FILL_SAMPLES
 from .data import depth_and_normal
 from .film import fill_from_neighbours
 from .kept import Kept
-from .passes import Cancelled, Pass, Passes, Pixels, Progress
+from .passes import Cancelled, Pass, Passes, Progress
 from .photons import caustic
 from .schedule import END, Schedule, is_adaptive
 from .sums import wanted_parts
@@ -95,14 +94,14 @@ class _Frame:
         self.scene, self.settings = scene, scene.settings
         x0, y0, x1, y1 = scene.camera.window
         self.width, self.height = x1 - x0, y1 - y0
-        self.mask = None if mask is None else np.asarray(mask, np.float32).reshape(-1)
-        n = self.width * self.height
-        self.pixels: Pixels = np.arange(n) if self.mask is None else np.flatnonzero(self.mask != 0)
+        self.mask = None if mask is None else np.asarray(mask, np.float32)
         self.must_fill = self.mask is not None and self.settings.see == "FLAGGED"
-        self.passes = Passes(self.scene, progress)
-        self.tally = self.passes.tally
-        self.total = Totals.zeros(n, is_adaptive(scene), wanted_parts(self.settings), self.passes.forks)
-        self.schedule = Schedule(scene, self.passes, self.total, self.pixels, self.mask, deadline)
+        self.passes = Passes(self.scene, progress, None if self.mask is None else self.mask != 0)
+        self.tally, self.grid = self.passes.tally, self.passes.grid
+        parts = wanted_parts(self.settings)
+        self.total = Totals.zeros(self.grid, self.passes.filter, is_adaptive(scene), parts, self.passes.forks)
+        weight = None if self.mask is None else self.mask.reshape(-1)[self.grid.window] * (self.grid.window >= 0)
+        self.schedule = Schedule(scene, self.passes, self.total, weight, deadline)
         self.skipped = list(self.scene.plan.skipped)
         self.shadow: Float32 | None = None
         self.caustic: Float32 | None = None
@@ -117,14 +116,14 @@ class _Frame:
             if self.scene.backing is not None and self.shadow is not None:
                 self.scene.backing.shade(self.shadow, self.caustic)
         self.schedule.run()
-        for skipped in self.schedule.skipped:
-            self._skip(*skipped)
-        coverage = np.zeros(len(self.total.seen), np.float32)
-        np.divide(self.total.seen, np.maximum(self.total.samples, 1), out=coverage, casting="same_kind")
-        known = self._fill_gaps(self.total.seen > 0) if self.must_fill else self.total.samples > 0
+        for (what, why), number in self.schedule.skipped.items():
+            self._skip(what, why, number)
+        coverage = self.total.coverage(self.schedule.pixels)
+        if self.must_fill:
+            self._fill_gaps()
         self.passes.report(1.0)
         with self.tally.phase("develop"):
-            film = self._develop(coverage, known)
+            film = self._develop(coverage)
         for phase in PHASES:
             film.time[phase] = {"wall": self.tally.wall[phase], "cpu": self.tally.cpu[phase]}
         film.time["trace"] = {"wall": time.perf_counter() - began, "cpu": self._cpu()}
@@ -134,7 +133,6 @@ class _Frame:
     def _work_on_raster(self) -> None:
         """Shadows and caustics of flagged objects on all others; first, or a time budget would leave none for them."""
         shape, wants_photons = (self.height, self.width), self.settings.caustics == "PHOTONS"
-        mask = None if self.mask is None else self.mask.reshape(shape)
         self.shadow = np.ones((*shape, 3), np.float32)
         self.caustic = np.zeros((*shape, 3), np.float32) if wants_photons else None
         if not self.scene.plan.raster_shadows:
@@ -143,64 +141,62 @@ class _Frame:
         def go_on(_done: float = 0.0) -> None:
             self.passes.report(0.0)
 
-        self.shadow = raster_shadow(self.scene, mask, self.tally, self.deadline, go_on)
+        self.shadow = raster_shadow(self.scene, self.mask, self.tally, self.deadline, go_on)
         if wants_photons:
-            self.caustic = caustic(self.scene, mask, self.tally, go_on)
+            self.caustic = caustic(self.scene, self.mask, self.tally, go_on)
 
     def _cpu(self) -> float:
         return sum(seconds for phase, seconds in self.tally.cpu.items() if phase != "build")
 
-    def _fill_gaps(self, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Give every masked pixel a colour: more camera rays, then only flagged geometry, then the neighbours'."""
-        samples, camera = self.settings.samples, self.scene.seen_by_camera
-        stages = (
-            ("pixels without a sample", "found by more camera rays", Pass(samples, FILL_SAMPLES, camera, True)),
-            ("pixels without a sample", "found behind what is not flagged", None),
-        )
-        for what, why, work in stages:
-            empty = self.pixels[~known[self.pixels]]
-            if len(empty) == 0:
-                return known
-            if work is None:
-                if len(self.scene.flagged_only) == 0:
-                    break
-                work = Pass(samples, FILL_SAMPLES, self.scene.flagged_only, True)
-            self.passes.run(empty, work, self.total, (END, 1.0), self.deadline)
-            known = self.total.seen > 0
-            self._skip(what, why, int(np.count_nonzero(known[empty])))
-        return known
+    def _fill_gaps(self) -> None:
+        """Give every masked pixel a sample that counts: more camera rays, then only flagged geometry."""
+        first, camera = self.settings.samples, self.scene.seen_by_camera
+        inside = self.grid.inside()
+        for why, seen in (
+            ("found by more camera rays", camera),
+            ("found behind what is not flagged", self.scene.flagged_only),
+        ):
+            empty = inside[~self.total.seen(inside)]
+            if len(empty) == 0 or len(seen) == 0:
+                return
+            self.passes.run(empty, Pass(first, FILL_SAMPLES, seen, True), self.total, (END, 1.0), self.deadline)
+            self._skip("pixels without a sample", why, int(np.count_nonzero(self.total.seen(empty))))
 
     def _skip(self, what: str, why: str, number: int) -> None:
         if number:
             self.skipped.append({"what": what, "why": why, "count": number})
 
-    def _develop(self, coverage: Float32, known: NDArray[np.bool_]) -> Film:
-        """Means over the samples that count, failures in pink, gaps from the neighbours."""
+    def _develop(self, covered: Float32) -> Film:
+        """Filtered means over the samples that count, failures in pink, gaps from the neighbours.
+
+        covered : (n,) coverage of the traced pixels.
+        """
         n = self.width * self.height
-        radiance, residual = np.empty((n, 3), np.float32), np.empty(n, np.float32)
-        for start in range(0, n, BAND):
-            band = slice(start, start + BAND)
-            light, lost = self.total.mean(band), self.total.mean_residual(band)
+        radiance, residual, coverage = np.zeros((n, 3), np.float32), np.zeros(n, np.float32), np.zeros(n, np.float32)
+        parts = {name: np.zeros((n, rows.stop - rows.start), np.float32) for name, rows in self.total.rows.items()}
+        wanted, known = np.zeros(n, bool), np.zeros(n, bool)
+        for start in range(0, len(self.grid), BAND):
+            band = start + np.flatnonzero(self.grid.window[start : start + BAND] >= 0)
+            light, lost, light_passes = self.total.developed(band)
             failed = ~np.isfinite(light).all(axis=0) | ~np.isfinite(lost)
             self.tally.add("nan_pixels", np.count_nonzero(failed))
             self.tally.add("negative_radiance", np.count_nonzero((light < 0).any(axis=0)))
             light[:, failed] = np.array(FAILED_PIXEL)[:, None]
             lost[failed] = 1
-            radiance[band], residual[band] = light.T, lost
+            place = self.grid.window[band]
+            radiance[place], residual[place], coverage[place] = light.T, lost, covered[band]
+            for name, part in light_passes.items():
+                parts[name][place] = part.T
+            wanted[place] = True
+            known[place] = self.total.seen(band) if self.must_fill else self.total.samples[band] > 0
         shape = (self.height, self.width)
-        picture, coverage, residual = radiance.reshape(*shape, 3), coverage.reshape(shape), residual.reshape(shape)
-        wanted = np.zeros(n, bool)
-        wanted[self.pixels] = True
-        parts = {name: self._picture(self.total.mean_part(name)) for name in self.total.parts}
-        images = (picture, residual) if self.must_fill else (picture, residual, coverage)
-        filled = fill_from_neighbours((*images, *parts.values()), known.reshape(shape), wanted.reshape(shape))
+        picture, residual, coverage = radiance.reshape(*shape, 3), residual.reshape(shape), coverage.reshape(shape)
+        pictures = {name: part.reshape(*shape, -1) for name, part in parts.items()}
+        images = (picture, residual, *pictures.values(), *(() if self.must_fill else (coverage,)))
+        filled = fill_from_neighbours(images, known.reshape(shape), wanted.reshape(shape))
         self._skip("pixels without a sample", "copied from the nearest traced pixel", filled)
-        return self._film(picture, coverage, residual, parts)
-
-    def _picture(self, rows: Float32) -> Float32:
-        """(channels, n) as (h, w, 3), or (h, w) where there is one channel."""
-        picture = np.ascontiguousarray(rows.T).reshape(self.height, self.width, -1)
-        return picture[..., 0] if len(rows) == 1 else picture
+        flat = {name: part[..., 0] if part.shape[2] == 1 else part for name, part in pictures.items()}
+        return self._film(picture, coverage, residual, flat)
 
     def _film(self, radiance: Float32, coverage: Float32, residual: Float32, parts: dict[str, Float32]) -> Film:
         counts = self.tally.counts
@@ -238,7 +234,11 @@ class _Frame:
         """The passes that are wanted, light passes among them; the others cost nothing."""
         wanted, found = self.settings.passes, dict(parts)
         if wanted & {"depth", "normal"}:
-            found |= depth_and_normal(self.scene, self.pixels, self.tally)
+            traced = self.grid.window[self.grid.window >= 0].astype(np.intp)
+            found |= depth_and_normal(self.scene, traced, self.tally)
         if "samples" in wanted:
-            found["samples"] = self.total.samples.reshape(self.height, self.width).astype(np.float32)
+            inside = self.grid.window >= 0
+            samples = np.zeros(self.width * self.height, np.float32)
+            samples[self.grid.window[inside]] = self.total.samples[inside]
+            found["samples"] = samples.reshape(self.height, self.width)
         return {name: found[name] for name in sorted(wanted)}

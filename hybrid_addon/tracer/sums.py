@@ -1,7 +1,7 @@
 """What the samples of a chunk add up to, and how much of its error budget each of them has spent.
 
 Contributions are float32 and sums float64: they are exact, in any order, as long as what counts lies within 2^29 of the
-largest. So a pixel may take its samples in one pass or in several, in one group or in several: its colour is the same.
+largest.
 """
 
 from __future__ import annotations
@@ -33,19 +33,17 @@ def wanted_parts(settings: Settings) -> list[str]:
 
 @dataclass(eq=False)
 class Sums:
-    """What the samples of m pixels, `count` consecutive ones each, add up to: float64, in a fixed order for each pixel.
+    """What each of the n samples of m pixels, `count` consecutive ones each, adds up to: float64, in a fixed order.
 
-    The samples of a pixel fall into `groups` runs of equal length; g = m groups.
-
-    radiance : (3, g)   seen : (g,) samples that count   residual : (g,) throughput that was cut off
+    radiance : (3, n)   seen : (n,) 1 if it counts   residual : (n,) throughput that was cut off
     signatures : of the samples' ray trees, or None where nobody asks (see `signature`).
-    parts    : the light passes that are wanted, by name: "reflection" and "refraction" (3, g), the radiance that came
-               by way of such a ray from the first surface; "raster_backed" (1, g), the throughput that ended at
+    parts    : the light passes that are wanted, by name: "reflection" and "refraction" (3, n), the radiance that came
+               by way of such a ray from the first surface; "raster_backed" (1, n), the throughput that ended at
                raster-backed hits.
     limit    : throughput, in units of BUDGET_UNIT, that each sample may lose to the cutoff; 0: none.
     allowed  : how much of it each sample may have lost by now (see `begin_wave`).
     light_limit, unlit : the same for light that is not asked for (see `cut_light`).
-    spent    : (m count,) int64, throughput that each sample has lost so far, in the same units; (0,) without a limit.
+    spent    : (n,) int64, throughput that each sample has lost so far, in the same units; (0,) without a limit.
     """
 
     radiance: Float64
@@ -55,29 +53,27 @@ class Sums:
     limit: int = 0
     allowed: int = 0
     spent: NDArray[np.int64] | None = None
-    groups: int = 1
     light_limit: int = 0
     unlit: NDArray[np.int64] | None = None
     signatures: Signatures | None = None
     parts: dict[str, Float64] = field(default_factory=dict)
 
     @classmethod
-    def zeros(cls, m: int, count: int = 1, cutoff: float = 0.0, groups: int = 1, parts: Iterable[str] = ()) -> Sums:
+    def zeros(cls, m: int, count: int = 1, cutoff: float = 0.0, parts: Iterable[str] = ()) -> Sums:
         """Nothing yet. cutoff: throughput that each sample may lose. parts: light passes that are wanted."""
         light_limit = int(cutoff * LIGHT_BUDGET / BUDGET_UNIT)
         limit = int(cutoff / BUDGET_UNIT) - light_limit
         return cls(
-            np.zeros((3, m * groups)),
-            np.zeros(m * groups),
-            np.zeros(m * groups),
+            np.zeros((3, m * count)),
+            np.zeros(m * count),
+            np.zeros(m * count),
             count,
             limit,
             limit,
             np.zeros(m * count, np.int64) if limit else None,
-            groups,
             light_limit=light_limit,
             unlit=np.zeros(m * count, np.int64) if light_limit else None,
-            parts={name: np.zeros((LIGHT_PASSES[name], m * groups)) for name in parts},
+            parts={name: np.zeros((LIGHT_PASSES[name], m * count)) for name in parts},
         )
 
     def begin_wave(self, number: int, max_depth: int) -> None:
@@ -89,40 +85,37 @@ class Sums:
         self.allowed = self.limit * min(number + 1, max_depth + 1) // (max_depth + 1)
 
     def add_radiance(self, sample: Numbers, contribution: Float32, branch: NDArray[np.uint8] | None = None) -> None:
-        """Add (3, n) to the groups of samples (n,); bincount adds one after the other, in the order of the arrays.
+        """Add (3, n) to samples (n,); bincount adds one after the other, in the order of the arrays.
 
         branch : (rows, n) of the rays (see `Rays`); no rows, or None: no light pass asks.
         """
-        group = self._group(sample)
-        self._add(self.radiance, group, contribution)
+        self._add(self.radiance, sample, contribution)
         if branch is None or len(branch) == 0:
             return
         for name, number in BRANCHES.items():
             if name in self.parts:
                 members = np.flatnonzero(branch[0] == number)
-                self._add(self.parts[name], group[members], contribution[:, members])
+                self._add(self.parts[name], sample[members], contribution[:, members])
 
     def add_backed(self, sample: Numbers, throughput: Float32) -> None:
         """Note throughput (3, n) that raster-backed hits ended: its largest channel."""
         if "raster_backed" in self.parts:
-            self._add(self.parts["raster_backed"], self._group(sample), largest_component(throughput)[None])
+            self._add(self.parts["raster_backed"], sample, largest_component(throughput)[None])
 
-    def _add(self, to: Float64, group: Numbers, values: Float32) -> None:
+    def _add(self, to: Float64, sample: Numbers, values: Float32) -> None:
         for channel, row in zip(to, values, strict=True):
-            channel += np.bincount(group, np.broadcast_to(row, group.shape), minlength=len(self.seen))
+            channel += np.bincount(sample, np.broadcast_to(row, sample.shape), minlength=len(self.seen))
 
     def add_residual(self, sample: Numbers, throughput: Float32) -> None:
         """Note throughput (3, n) that was cut off: its largest channel, so that L_max times it bounds the error."""
         lost = largest_component(throughput)
-        self.residual += np.bincount(self._group(sample), lost, minlength=len(self.seen))
+        self.residual += np.bincount(sample, lost, minlength=len(self.seen))
         if self.spent is not None:
             np.add.at(self.spent, sample, budget_units(lost))
 
     def add_seen(self, sample: Numbers, share: Float32 | float = 1.0) -> None:
         """Count samples (n,), or take them back (share (n,) < 0)."""
-        self.seen += np.bincount(
-            self._group(sample), np.broadcast_to(np.float64(share), sample.shape), minlength=len(self.seen)
-        )
+        self.seen += np.bincount(sample, np.broadcast_to(np.float64(share), sample.shape), minlength=len(self.seen))
 
     def cuttable(self, sample: Numbers, weight: Float32) -> NDArray[np.bool_]:
         """Which branches of weight (n,) of samples (n,) the budgets allow to be cut: the smallest of a sample first.
@@ -162,14 +155,9 @@ class Sums:
         cost = budget_units(lost)
         fits = self.unlit[owner] + np.bincount(owner, cost, len(self.unlit))[owner] <= self.light_limit
         np.add.at(self.unlit, owner[fits], cost[fits])
-        self.residual += np.bincount(self._group(owner[fits]), lost[fits], minlength=len(self.seen))
+        self.residual += np.bincount(owner[fits], lost[fits], minlength=len(self.seen))
         result[candidates[fits]] = True
         return result
-
-    def _group(self, sample: Numbers) -> Numbers:
-        if self.count == self.groups:
-            return sample
-        return (sample if self.groups == 1 else sample * self.groups) // self.count
 
 
 def crowded(sample: Numbers, weight: Float32) -> NDArray[np.bool_]:

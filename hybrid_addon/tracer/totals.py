@@ -1,9 +1,9 @@
-"""What all passes together found for each pixel."""
+"""What all passes together found for each pixel, and what it gives to the pixels around it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,57 +11,79 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .constants import HALVES_TO_ERROR, SAMPLING_SLOPE
+from .film import Grid, PixelFilter
 from .forks import shared_zeros
 from .sums import LIGHT_PASSES, Sums
 
 Bools = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
 
+RADIANCE, SEEN, RESIDUAL, OWN = slice(0, 3), 3, 4, slice(0, 4)
+"""Rows of `Totals.given`; those of light passes follow."""
+
+BAND = 1 << 16
+"""Pixels that are gathered at once."""
+
 
 @dataclass(eq=False)
 class Totals:
-    """Sums over the samples of n pixels so far.
+    """Sums over the samples of the n pixels of a grid so far.
 
-    radiance : (3, n) float64   seen : (n,) float64 samples that count   residual : (n,) float64 throughput cut off
+    Every pixel holds what it gives: sums of its own samples under the k weights of the filter. What a pixel gets is
+    gathered at the end, when all numbers of samples are known. So no one writes to another's pixel, and pixels with few
+    samples count for their neighbours as much as those with many.
+
+    given    : (k, c, n) float32; the rows are RADIANCE, SEEN (samples that count), RESIDUAL (throughput cut off) and
+               the light passes. Each is summed sample by sample in their order: however passes cut them up, the bits
+               are the same.
+    rows     : of the light passes, by name (see `Sums.parts`).
     samples  : (n,) int32, camera samples taken.
-    variance : (n,) float32, estimate of the squared error of the mean, over the channels; NaN where unknown.
+    variance : (n,) float32, estimate of the squared error of the own mean, over the channels; NaN where unknown.
     shared   : forked processes may add to them.
+    apart    : (n,) float32, contrast between the means of the first and the second half of the own samples.
     signature, uneven, low, high : of the samples of signed passes, where adaptive sampling asks: the signature (n,) of
                the first, whether others differ from it (n,), and the extremes (3, n) float32 of those that count.
-    parts    : light passes, by name: (channels, n) float64 (see `Sums.parts`).
     """
 
-    radiance: Float64
-    seen: Float64
-    residual: Float64
+    grid: Grid
+    filter: PixelFilter
+    given: Float32
+    rows: dict[str, slice]
     samples: NDArray[np.int32]
     variance: Float32
+    apart: Float32 | None
     signature: NDArray[np.uint32] | None
     uneven: Bools | None
     low: Float32 | None
     high: Float32 | None
-    parts: dict[str, Float64] = field(default_factory=dict)
     shared: bool = False
 
     @classmethod
-    def zeros(cls, n: int, signed: bool, parts: Iterable[str] = (), shared: bool = False) -> Totals:
+    def zeros(
+        cls, grid: Grid, pixel_filter: PixelFilter, signed: bool, parts: Iterable[str] = (), shared: bool = False
+    ) -> Totals:
         """Nothing yet.
 
         signed : room for what adaptive sampling asks.   parts : light passes that are wanted.
         shared : with the forked processes that fill it.
         """
         zeros: Callable[..., NDArray[Any]] = shared_zeros if shared else np.zeros
+        n, c, rows = len(grid), RESIDUAL + 1, {}
+        for name in parts:
+            rows[name] = slice(c, c + LIGHT_PASSES[name])
+            c += LIGHT_PASSES[name]
         totals = cls(
-            zeros((3, n), np.float64),
-            zeros((n,), np.float64),
-            zeros((n,), np.float64),
+            grid,
+            pixel_filter,
+            zeros((len(pixel_filter.offsets), c, n), np.float32),
+            rows,
             zeros((n,), np.int32),
             zeros((n,), np.float32),
+            zeros((n,), np.float32) if signed else None,
             zeros((n,), np.uint32) if signed else None,
             zeros((n,), bool) if signed else None,
             zeros((3, n), np.float32) if signed else None,
             zeros((3, n), np.float32) if signed else None,
-            {name: zeros((LIGHT_PASSES[name], n), np.float64) for name in parts},
             shared,
         )
         totals.variance.fill(np.nan)
@@ -69,35 +91,60 @@ class Totals:
             totals.low.fill(np.inf)
         return totals
 
-    def add(self, pixels: Pixels, sums: Sums) -> None:
-        """Add a pass over some pixels (each once)."""
-        m, g = len(pixels), sums.groups
-        radiance, seen = sums.radiance.reshape(3, m, g), sums.seen.reshape(m, g)
-        self._estimate(pixels, radiance, seen, sums.count)
+    # ------------------------------------------------------------------------------------------------ adding
+
+    def add(self, pixels: Pixels, sums: Sums, first: int) -> None:
+        """Add samples first, first + 1, ... of some pixels (m,), each once."""
+        m, count = len(pixels), sums.count
+        values = np.empty((count, self.given.shape[1], m), np.float32)
+        values[:, RADIANCE] = sums.radiance.reshape(3, m, count).transpose(2, 0, 1)
+        values[:, SEEN] = sums.seen.reshape(m, count).T
+        values[:, RESIDUAL] = sums.residual.reshape(m, count).T
+        for name, rows in self.rows.items():
+            values[:, rows] = sums.parts[name].reshape(-1, m, count).transpose(2, 0, 1)
         if sums.signatures is not None:
-            self._compare(pixels, radiance, seen, sums.signatures.values.reshape(m, g))
-        self.radiance[:, pixels] += _sum(radiance)
-        self.seen[pixels] += _sum(seen)
-        self.residual[pixels] += _sum(sums.residual.reshape(m, g))
-        self.samples[pixels] += sums.count
-        for name, part in sums.parts.items():
-            self.parts[name][:, pixels] += _sum(part.reshape(len(part), m, g))
+            self._compare(pixels, values[:, OWN], sums.signatures.values.reshape(m, count))
+        self._give(pixels, values, first)
+        self.samples[pixels] += count
 
-    def _estimate(self, pixels: Pixels, radiance: Float64, seen: Float64, count: int) -> None:
-        """Estimate the variance from the two halves of a pass, or from it and an equal number of samples before it."""
-        before = self.samples[pixels]
-        if seen.shape[1] > 1:
-            variance = mean_variance(radiance, seen)
-            variance *= (count / (before + count)) ** (-2 * SAMPLING_SLOPE)
-        elif (before == count).all():
-            halves = np.stack([self.radiance[:, pixels], radiance[..., 0]], -1)
-            variance = mean_variance(halves, np.stack([self.seen[pixels], seen[:, 0]], -1))
+    def _give(self, pixels: Pixels, values: Float32, first: int) -> None:
+        """Add values (count, c, m) under the weights of the filter, and see how far their halves differ."""
+        where = _as_slice(pixels)
+        count = len(values)
+        weights = self.filter.weights(first, count)
+        given = self.given[:, :, where].copy()
+        # What is no number stays in its own pixel.
+        sound = values
+        if not np.isfinite(values).all():
+            sound = np.where(np.isfinite(values).all(axis=1, keepdims=True), values, np.float32(0))
+        middle = (first + count) // 2 - first  # the first sample of the second half
+        second = np.zeros((4, values.shape[2]), np.float32)
+        half, product = given[0, OWN], np.empty_like(given[0])
+        for s in range(count):
+            if s == middle:
+                half = given[0, OWN].copy()
+            for k in np.flatnonzero(weights[:, s]).tolist():
+                np.multiply(values[s] if k == 0 else sound[s], weights[k, s], out=product)
+                given[k] += product
+                if k == 0 and s >= middle:
+                    second += product[OWN]
+        self.given[:, :, where] = given
+        if middle >= 0 and first + count > 1:
+            self._estimate(where, half, second)
         else:
-            return
-        self.variance[pixels] = np.where(np.isfinite(variance), variance, self.variance[pixels])
+            self.variance[where] *= np.float32((first / (first + count)) ** (-2 * SAMPLING_SLOPE))
 
-    def _compare(self, pixels: Pixels, radiance: Float64, seen: Float64, signature: NDArray[np.uint32]) -> None:
-        """Note where signatures (m, g) differ among all samples so far, and how far the samples (3, m, g) spread."""
+    def _estimate(self, where: Pixels | slice, first: Float32, second: Float32) -> None:
+        """Estimate the variance of own means from halves (4, m) of radiance and samples seen."""
+        a, b = first[RADIANCE] / first[SEEN], second[RADIANCE] / second[SEEN]
+        difference = (a - b).astype(np.float64)
+        variance = ((difference * difference).mean(axis=0) * HALVES_TO_ERROR).astype(np.float32)
+        self.variance[where] = np.where(np.isfinite(variance), variance, self.variance[where])
+        if self.apart is not None:
+            self.apart[where] = np.nan_to_num(contrast(a, b).max(axis=0))
+
+    def _compare(self, pixels: Pixels, values: Float32, signature: NDArray[np.uint32]) -> None:
+        """Note where signatures (m, count) differ among all samples so far, and how far their values spread."""
         assert self.signature is not None
         assert self.uneven is not None
         assert self.low is not None
@@ -105,11 +152,13 @@ class Totals:
         first = np.where(self.samples[pixels] == 0, signature[:, 0], self.signature[pixels])
         self.signature[pixels] = first
         self.uneven[pixels] |= (signature != first[:, None]).any(axis=1)
-        counts = seen > 0
-        low = np.where(counts, radiance, np.inf).min(axis=-1).astype(np.float32)
-        high = np.where(counts, radiance, 0.0).max(axis=-1).astype(np.float32)
+        radiance, counts = values[:, RADIANCE], values[:, SEEN, None] > 0
+        low = np.where(counts, radiance, np.float32(np.inf)).min(axis=0)
+        high = np.where(counts, radiance, np.float32(0)).max(axis=0)
         self.low[:, pixels] = np.minimum(self.low[:, pixels], low)
         self.high[:, pixels] = np.maximum(self.high[:, pixels], high)
+
+    # ------------------------------------------------------------------------------------------------ gathering
 
     def spread(self) -> Float32:
         """Largest contrast (n,) over the channels among the samples of signed passes that count."""
@@ -117,46 +166,100 @@ class Totals:
         assert self.high is not None
         return contrast(np.minimum(self.low, self.high), self.high).max(axis=0)
 
-    def mean(self, pixels: Pixels | slice = slice(None)) -> Float32:
-        """(3, m) radiance of pixels: the mean over the samples that count; 0 where none does."""
-        return self._over_seen(self.radiance, pixels)
+    def mean(self, pixels: Pixels) -> Float32:
+        """(3, m) radiance of pixels: the filtered mean over the samples that count; 0 where none does."""
+        result = np.empty((3, len(pixels)), np.float32)
+        for start in range(0, len(pixels), BAND):
+            band = slice(start, start + BAND)
+            sums = self._gathered(pixels[band], OWN)
+            result[:, band] = _quotient(sums[RADIANCE], sums[SEEN])
+        return result
 
-    def mean_residual(self, pixels: Pixels | slice = slice(None)) -> Float32:
-        """(m,) throughput that was cut off, in the same mean."""
-        return self._over_seen(self.residual, pixels)
+    def own_mean(self, pixels: Pixels) -> Float32:
+        """The same of the pixels' own samples alone."""
+        own = self.given[0, OWN][:, pixels]
+        return _quotient(own[RADIANCE], own[SEEN])
 
-    def mean_part(self, name: str) -> Float32:
-        """(channels, n) of a light pass, in the same mean; 0 where it is not finite."""
-        return np.nan_to_num(self._over_seen(self.parts[name], slice(None)), nan=0.0, posinf=0.0, neginf=0.0)
+    def developed(self, pixels: Pixels) -> tuple[Float32, Float32, dict[str, Float32]]:
+        """Of pixels (m,), all in the same mean: radiance (3, m), residual (m,), light passes (0 where not finite)."""
+        sums = self._gathered(pixels, slice(None))
+        parts = {
+            name: np.nan_to_num(_quotient(sums[rows], sums[SEEN]), posinf=0, neginf=0)
+            for name, rows in self.rows.items()
+        }
+        return _quotient(sums[RADIANCE], sums[SEEN]), _quotient(sums[RESIDUAL], sums[SEEN]), parts
 
-    def _over_seen(self, sums: Float64, pixels: Pixels | slice) -> Float32:
-        seen = self.seen[pixels]
-        with np.errstate(all="ignore"):
-            return np.asarray((sums[..., pixels] / np.where(seen > 0, seen, 1.0)).astype(np.float32))
+    def coverage(self, pixels: Pixels) -> Float32:
+        """(m,) the filtered share of samples that count."""
+        result = np.empty(len(pixels), np.float32)
+        for start in range(0, len(pixels), BAND):
+            band = slice(start, start + BAND)
+            result[band] = _quotient(self._gathered(pixels[band], slice(SEEN, SEEN + 1))[0], self._taken(pixels[band]))
+        return result
+
+    def seen(self, pixels: Pixels) -> Bools:
+        """Whether any sample counts for pixels (m,)."""
+        rows = slice(SEEN, SEEN + 1)
+        bands = [self._gathered(pixels[start : start + BAND], rows)[0] > 0 for start in range(0, len(pixels), BAND)]
+        return np.concatenate(bands) if bands else np.zeros(0, bool)
+
+    def variance_of_mean(self, pixels: Pixels) -> Float32:
+        """Squared error (m,) to expect of their means; NaN where unknown."""
+        result, shares = np.empty(len(pixels), np.float32), self.filter.shares()
+        for start in range(0, len(pixels), BAND):
+            band = pixels[start : start + BAND]
+            total, known = np.zeros(len(band)), np.zeros(len(band))
+            for share, offset in zip(shares, self.filter.offsets, strict=True):
+                source = self.grid.neighbours(band, offset)
+                variance = np.where(source >= 0, self.variance[source], np.float32(np.nan))
+                there = np.isfinite(variance)
+                total[there] += share**2 * variance[there]
+                known[there] += share
+            with np.errstate(all="ignore"):
+                result[start : start + BAND] = total / known**2
+        return result
+
+    def _gathered(self, pixels: Pixels, rows: slice) -> Float64:
+        """(c, m): what pixels get from themselves and from those around them, each weighed by its number of samples."""
+        result = np.zeros((len(self.given[0, rows]), len(pixels)))
+        for plane, offset in zip(self.given, self.filter.offsets, strict=True):
+            source, share = self._sources(pixels, offset)
+            for row, values in zip(result, plane[rows], strict=True):
+                row += values.take(source) * share
+        return result
+
+    def _taken(self, pixels: Pixels) -> Float64:
+        """(m,): what SEEN would be if all samples counted."""
+        most = int(np.max(self.samples, initial=0))
+        weights = np.zeros((len(self.filter.offsets), most + 1), np.float32)
+        np.cumsum(self.filter.weights(0, most), axis=1, out=weights[:, 1:])
+        result = np.zeros(len(pixels))
+        for table, offset in zip(weights, self.filter.offsets, strict=True):
+            source, share = self._sources(pixels, offset)
+            result += table.take(self.samples[source]) * share
+        return result
+
+    def _sources(self, pixels: Pixels, offset: tuple[int, int]) -> tuple[NDArray[np.int32], Float64]:
+        """The pixels (m,) that give to pixels over `offset`, and one over the number of their samples, or 0."""
+        source = self.grid.neighbours(pixels, offset)
+        taken = self.samples[source]
+        return source, ((source >= 0) & (taken > 0)) / np.maximum(taken, 1)
+
+
+def _as_slice(pixels: Pixels) -> Pixels | slice:
+    """Consecutive numbers as a slice: it copies ten times as fast."""
+    is_run = len(pixels) > 0 and pixels[-1] - pixels[0] == len(pixels) - 1 and bool((np.diff(pixels) == 1).all())
+    return slice(int(pixels[0]), int(pixels[-1]) + 1) if is_run else pixels
+
+
+def _quotient(sums: NDArray, seen: NDArray) -> Float32:
+    """Sums (..., m) over seen (m,); 0 where that is 0."""
+    with np.errstate(all="ignore"):
+        return np.asarray((sums / np.where(seen > 0, seen, 1)).astype(np.float32))
 
 
 NEIGHBOUR_BAND = 1 << 15
 """Pixels whose neighbours are looked at at once."""
-
-
-def _sum(groups: Float64) -> Float64:
-    """Sum over the last axis, one after the other."""
-    result: Float64 = groups[..., 0].copy()
-    for i in range(1, groups.shape[-1]):
-        result += groups[..., i]
-    return result
-
-
-def mean_variance(radiance: Float64, seen: Float64) -> Float32:
-    """Squared error (m,) to expect of the mean over the groups (3, m, g), seen (m, g), from how far its halves differ.
-
-    NaN where one half has no sample that counts.
-    """
-    middle = radiance.shape[-1] // 2
-    difference = _sum(radiance[..., :middle]) / _sum(seen[..., :middle])
-    difference -= _sum(radiance[..., middle:]) / _sum(seen[..., middle:])
-    difference *= difference
-    return np.asarray((difference.mean(axis=0) * HALVES_TO_ERROR).astype(np.float32))
 
 
 def neighbours_rmse(

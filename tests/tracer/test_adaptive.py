@@ -7,7 +7,7 @@ import pytest
 
 from hybrid_addon.scene import PointLight, Settings, World
 from hybrid_addon.tracer import schedule, trace
-from hybrid_addon.tracer.adaptive import upper_limit
+from hybrid_addon.tracer.adaptive import looks, upper_limit
 from hybrid_addon.tracer.totals import neighbours_rmse
 
 FULL = Settings(samples=32, see="ALL", threads=1, max_depth=6)
@@ -48,7 +48,8 @@ def rmse(film, reference):
 
 
 def test_refined_everywhere_it_is_the_full_picture_exact(spheres, full, monkeypatch):
-    monkeypatch.setattr(schedule, "choose", lambda totals, pixels, *_: np.ones(len(pixels), bool))
+    for look in ("choose", "unsettled"):
+        monkeypatch.setattr(schedule, look, lambda totals, pixels, *_: np.ones(len(pixels), bool))
     film = trace(spheres, THRIFTY)
     np.testing.assert_array_equal(film.radiance, full.radiance)
     np.testing.assert_array_equal(film.residual, full.residual)
@@ -68,7 +69,7 @@ def test_a_flat_picture_needs_no_more_than_the_first_samples(build):
     s = build.scene((build.quad([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)]), build.emitter(1, 1, 1)))
     film = trace(s, THRIFTY)
     audited = film.sampling["audit"]
-    assert film.rays["camera"] == 4 * 256 + 28 * audited["pixels"]
+    assert film.rays["camera"] == 2 * 256 + 30 * audited["pixels"]
     assert audited["left_alone"] == 256
     assert audited["beyond"] == audited["error_max"] == 0
     assert film.sampling["rmse"] == 0
@@ -90,11 +91,11 @@ def test_what_a_signature_tells_apart(build, what, needed):
         blind = build.quad([(-9, -9, 9), (0.01, -9, 9), (0.01, 9, 9), (-9, 9, 9)])  # behind the camera
         parts.append((blind, build.matte()))
     s = build.scene(*parts, lights=lights, world=World((1, 1, 1)), camera=camera)
-    film = trace(s, replace(FULL, adaptive=0.2))
-    edge = film.sampling["audit"]["left_alone"] < 64
-    assert edge == needed
+    film = trace(s, replace(FULL, adaptive=0.2, passes=frozenset({"samples"})))
+    more = film.passes["samples"] >= 8
+    assert (more.mean(axis=0) == 1).any() == needed
     if needed:  # the columns beside the edge, not the others
-        assert film.sampling["audit"]["left_alone"] >= 8 * 3
+        assert more[:, 2:6].sum() == more.sum() - (film.passes["samples"][:, [0, 1, 6, 7]] == 32).sum() <= 8 * 4
 
 
 @pytest.mark.parametrize(("threads", "chunk"), [(1, 64), (2, 1000)])
@@ -148,10 +149,18 @@ def test_noise_is_as_far_from_its_mean_as_neighbours_say():
     assert neighbours_rmse(lambda part: noise[:, part], none, weight, none.size) is None
 
 
-def test_four_samples_leave_nothing_to_decide(spheres):
-    few = trace(spheres, replace(FULL, samples=4, adaptive=0.05))
-    np.testing.assert_array_equal(few.radiance, trace(spheres, replace(FULL, samples=4)).radiance)
+def test_two_samples_leave_nothing_to_decide(spheres):
+    few = trace(spheres, replace(FULL, samples=2, adaptive=0.05))
+    np.testing.assert_array_equal(few.radiance, trace(spheres, replace(FULL, samples=2)).radiance)
     assert "audit" not in few.sampling
+
+
+@pytest.mark.parametrize(
+    ("samples", "expected"),
+    [(1, []), (2, []), (3, [2]), (8, [2]), (9, [2, 8]), (16, [2, 8]), (17, [2, 8, 16]), (100, [2, 8, 16, 32, 64])],
+)
+def test_it_looks_before_the_last_sample_only(samples, expected):
+    assert looks(samples) == expected
 
 
 @pytest.mark.parametrize("value", [-0.1, 1.0, float("nan")])

@@ -126,7 +126,7 @@ def test_a_glowing_disk_out_of_focus_keeps_its_light_and_blurs(build):
     sharp = trace(s, settings)
     blurred = trace(replace(s, camera=replace(cam, lens=Lens(0.5, 2.5))), settings)
     focused = trace(replace(s, camera=replace(cam, lens=Lens(0.5, 5.0))), settings)
-    assert blurred.radiance.sum() == pytest.approx(float(sharp.radiance.sum()), rel=0.01)
+    assert blurred.radiance.sum() == pytest.approx(float(sharp.radiance.sum()), rel=0.02)
     assert np.abs(focused.radiance - sharp.radiance).max() < 0.08
     # 0.5 m at 2.5 m of 5: a circle of 0.1 tangents, 3.2 pixels; along the middle row the card is 6.4 wide.
     row = blurred.radiance[16, :, 0]

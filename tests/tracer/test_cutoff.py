@@ -101,7 +101,7 @@ def test_a_sample_spends_its_own_budget_on_its_smallest_branches():
     first = sums.cuttable(sample, weight)
     np.testing.assert_array_equal(first, [True, False, True, False, False, True])
     sums.add_residual(sample[first], np.stack([weight[first]] * 3))
-    np.testing.assert_array_equal(sums.residual, [0.3125, 0])
+    np.testing.assert_array_equal(sums.residual, [0.1875, 0.125, 0, 0])
     np.testing.assert_array_equal(sums.cuttable(sample, weight), [False, False, True, False, False, True])
 
 
@@ -131,7 +131,7 @@ def test_light_is_cut_as_far_as_its_own_budget_goes_and_is_residual():
     sums = Sums.zeros(2, 2, cutoff)
     share = np.float32([0.5, 0.25, 0, 2, 0.5]) * np.float32(most)
     np.testing.assert_array_equal(sums.cut_light(np.array([0, 0, 1, 1, 3]), share), [True, True, False, False, True])
-    np.testing.assert_allclose(sums.residual, [0.75 * most, 0.5 * most], rtol=1e-6)
+    np.testing.assert_allclose(sums.residual, [0.75 * most, 0, 0, 0.5 * most], rtol=1e-6)
     many = np.full(int(1 / FAINT_LIGHT), most, np.float32)  # with what is spent, more than the budget: all or nothing
     assert not sums.cut_light(np.zeros(len(many), int), many).any()
     assert sums.cut_light(np.full(len(many) // 2, 2), many[: len(many) // 2]).all()

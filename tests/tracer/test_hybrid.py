@@ -79,7 +79,7 @@ def test_an_index_matched_surface_before_a_transparent_sky_covers_nothing(build)
 
 
 def test_a_thin_object_that_all_samples_miss_is_found_by_more_rays(build):
-    wire = build.quad([(-0.004, -9, 0), (0.004, -9, 0), (0.004, 9, 0), (-0.004, 9, 0)])
+    wire = build.quad([(0.1, -9, 0), (0.108, -9, 0), (0.108, 9, 0), (0.1, 9, 0)])
     s = build.scene((wire, build.emitter(1, 2, 3)))
     mask = np.zeros((16, 16), np.float32)
     mask[:, 7:9] = 0.01
