@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..scene import Camera, Float32, Float64, Lens
 from .constants import WIDE_LENS
@@ -88,9 +89,9 @@ def project(
     return x, y, depth
 
 
-def points_on_lens(lens: Lens, sampler: Sampler, n: int) -> tuple[Float64, Float64]:
-    """Local x, y (n,) in metres of points spread evenly over a lens's opening: one for each sample of the chunk."""
-    return spread_on_lens(lens, *sampler.draws(np.arange(n), np.zeros((1, n), np.uint32)).square(LENS))
+def points_on_lens(lens: Lens, sampler: Sampler, sample: NDArray[np.intp]) -> tuple[Float64, Float64]:
+    """Local x, y (n,) in metres of points spread evenly over a lens's opening: one for each of these samples (n,)."""
+    return spread_on_lens(lens, *sampler.draws(sample, np.zeros((1, len(sample)), np.uint32)).square(LENS))
 
 
 def spread_on_lens(lens: Lens, u: Array, v: Array) -> tuple[Float64, Float64]:

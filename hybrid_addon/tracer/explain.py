@@ -60,8 +60,8 @@ def explain(scene: CompiledScene, x: int, y: int) -> Node:
         media = scene.media.around_camera(origin, direction, lambda: scene.solids, tally)
         rays = camera_rays(origin, direction, t_max, np.arange(1), media, True)
         tree = _Tree(scene, rays)
-        sums = Sums.zeros(1, 1, settings.cutoff)
-        trace_rays(scene, rays, scene.seen_by_camera, sums, tally, lambda: None, tree.watch)
+        sums = Sums.zeros(1, 1, settings.cutoff, depth=settings.max_depth)
+        trace_rays(scene, [rays], scene.seen_by_camera, sums, tally, lambda: None, tree.watch)
     tree.root.distance += _skipped(scene, origin, direction)
     return tree.root
 

@@ -1,8 +1,9 @@
 """Passes: some samples of some pixels, in chunks over threads, added to what earlier passes found.
 
-A chunk is a run of whole pixels with all their samples of the pass. Every pixel is worked out from its own absolute
-place alone, and each chunk writes its own slice: neither the number of threads nor the size of the chunks changes one
-bit.
+A portion is what a thread or process works through at once: many short runs of pixels from all over the picture, so
+that all portions cost about the same, with all their samples of the pass. Its camera rays are begun in blocks. Every
+pixel is worked out from its own absolute place alone, and gives to no array but its own: neither the number of threads
+nor the size of portions and blocks changes one bit.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import math
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 
@@ -21,9 +22,9 @@ from numpy.typing import NDArray
 from .camera import generate_rays, points_on_lens
 from .compiled import CompiledScene
 from .film import Grid, PixelFilter
-from .forks import AVAILABLE, FEWEST, WORTH_IT, Forks, Work
+from .forks import AVAILABLE, FEWEST, WORTH_IT, Forks, Work, shared_zeros
 from .primitives import PrimitiveSet
-from .rays import camera_rays
+from .rays import Rays, camera_rays
 from .sampler import Sampler, pixel_keys
 from .signature import Signatures, identities
 from .sums import BRANCHES, Sums, wanted_parts
@@ -39,21 +40,20 @@ Watch = Callable[[], None]
 POLL_SECONDS = 0.1
 """How often the caller hears of progress, and may cancel."""
 
-LONGEST_CHUNK = 1 << 22
-"""However large chunks are asked for: samples of a chunk and their budgets share 64 bits (see `sums`)."""
+LONGEST_PORTION = 1 << 19
+"""Camera rays of a portion: the sums of their samples take 80 bytes each, and share 64 bits with their budgets."""
 
-SMALLEST_SHARE = 1 << 13
+SMALLEST_PORTION = 1 << 13
 """Small pictures are split evenly over the threads, but not into fewer camera rays than pay for a wave's overhead."""
 
-SHORT_CHUNK = 1 << 14
-"""Camera rays that are taken at once against a deadline: what is not done by then is lost; and by a process.
+SHORT_PORTION = 1 << 14
+"""Camera rays that are taken at once against a deadline: what is not done by then is lost."""
 
-Processes do not wait for one another's lock, so the thousand calls that each chunk costs are cheap, and what stays in a
-core's cache is not fetched twice: on 16 cores a fifth faster than 2^16.
-"""
+PORTIONS = 1
+"""For each thread: one that has more time than the others can take more. Each has short waves at its end, however."""
 
-FORKED_SHARES = 8
-"""Chunks for each process in small pictures: few of a glass's pixels can cost as much as all others together."""
+RUNS = 32
+"""For each portion: from so many places of the picture at least."""
 
 
 class Cancelled(Exception):
@@ -94,7 +94,6 @@ class Passes:
         self.stop = threading.Event()
         self.progress = progress
         self.forks = self.settings.processes and AVAILABLE
-        self._finished = 0
         self.identity = identities(scene.geometry) if scene.settings.adaptive > 0 else None
 
     def run(
@@ -112,27 +111,21 @@ class Passes:
         threads = self.settings.threads or os.cpu_count() or 1
         n = len(pixels) * work.count
         forked = totals.shared and threads >= FEWEST and n >= WORTH_IT
-        share = max(SMALLEST_SHARE, n // ((FORKED_SHARES if forked else 2) * threads))
-        longest = min(self.settings.chunk, SHORT_CHUNK if forked or deadline < math.inf else LONGEST_CHUNK)
-        size = max(1, min(longest, share) // work.count)
-        chunks = [slice(i, i + size) for i in range(0, len(pixels), size)]
-        (done, until), self._finished = progress, 0
+        portions = _portions(pixels, work.count, threads, SHORT_PORTION if deadline < math.inf else LONGEST_PORTION)
+        done, until = progress
+        begun = shared_zeros((max(len(portions), 1),), np.int64)  # samples of each portion
 
-        def trace(chunk: int) -> tuple[Tally, bool]:
-            return self._trace_chunk(pixels[chunks[chunk]], work, totals, deadline)
-
-        def finished(tally: Tally) -> None:
-            self.tally.merge(tally)
-            self._finished += 1
+        def trace(portion: int) -> tuple[Tally, bool]:
+            return self._trace_portion(portions[portion], work, totals, deadline, begun[portion : portion + 1])
 
         def watch() -> None:
-            self.report(done + (until - done) * self._finished / max(len(chunks), 1))
+            self.report(done + (until - done) * int(begun.sum()) / max(n, 1))
 
-        left, in_time = list(range(len(chunks))), True
+        left, in_time = list(range(len(portions))), True
         if forked:
             self.scene.build_all()
-            left, in_time = _over_processes(min(threads, len(chunks)), trace, len(chunks), finished, watch)
-        return self._over_threads(threads, trace, left, finished, watch) and in_time
+            left, in_time = _over_processes(min(threads, len(portions)), trace, len(portions), self.tally.merge, watch)
+        return self._over_threads(threads, trace, left, self.tally.merge, watch) and in_time
 
     def _over_threads(self, threads: int, trace: Work, chunks: list[int], finished: Finished, watch: Watch) -> bool:
         """Do chunks; whether all came to their end in time."""
@@ -162,8 +155,13 @@ class Passes:
             self.stop.set()
             raise Cancelled("tracing was cancelled")
 
-    def _trace_chunk(self, pixels: Pixels, work: Pass, totals: Totals, deadline: float) -> tuple[Tally, bool]:
-        """All samples of some pixels, on a worker thread; False: none of them, the deadline came first."""
+    def _trace_portion(
+        self, pixels: Pixels, work: Pass, totals: Totals, deadline: float, begun: NDArray[np.int64]
+    ) -> tuple[Tally, bool]:
+        """All samples of some pixels, on a worker thread; False: none of them, the deadline came first.
+
+        begun : (1,) where to note how many there are so far.
+        """
         tally = Tally()
 
         def check() -> None:
@@ -174,35 +172,66 @@ class Passes:
 
         try:
             check()
-            self._trace(pixels, work, totals, tally, check)
+            self._trace(pixels, work, totals, tally, check, begun)
         except _TooLate:
             return tally, False
         return tally, True
 
-    def _trace(self, pixels: Pixels, work: Pass, totals: Totals, tally: Tally, check: Callable[[], None]) -> None:
+    def _trace(
+        self,
+        pixels: Pixels,
+        work: Pass,
+        totals: Totals,
+        tally: Tally,
+        check: Callable[[], None],
+        begun: NDArray[np.int64],
+    ) -> None:
         with tally.phase("shade"), np.errstate(all="ignore"):
-            x, y = self.grid.at(pixels)
-            u, v = (place.astype(np.float64) for place in self.filter.places(work.first, work.count, work.spread))
+            n, settings = len(pixels) * work.count, self.settings
+            sampler = Sampler(pixel_keys(*self.grid.at(pixels), settings.seed), work.first, work.count)
+            sums = Sums.zeros(len(pixels), work.count, settings.cutoff, wanted_parts(settings), settings.max_depth)
+            if work.signed and self.identity is not None:
+                importance = np.float32(settings.adaptive)
+                sums.signatures = Signatures(np.zeros(n, np.uint32), self.identity, importance)
+            blocks = self._blocks(pixels, work, sampler, tally, begun)
+            draws = sampler if self.scene.plan.draws else None
+            trace_rays(self.scene, blocks, work.seen, sums, tally, check, sampler=draws)
+            totals.add(pixels, sums, work.first)
+
+    def _blocks(
+        self, pixels: Pixels, work: Pass, sampler: Sampler, tally: Tally, begun: NDArray[np.int64]
+    ) -> Iterator[Rays]:
+        """The camera rays of a portion, some pixels after the others."""
+        geometry, camera, count = self.scene.geometry, self.scene.camera, work.count
+        u, v = (place.astype(np.float64) for place in self.filter.places(work.first, count, work.spread))
+        signed = work.signed or self.scene.plan.draws
+        branched = not BRANCHES.keys().isdisjoint(wanted_parts(self.settings))
+        number = -(-len(pixels) * count // self.settings.chunk)
+        size = -(-len(pixels) // min(number, len(pixels)))
+        for start in range(0, len(pixels), size):
+            x, y = self.grid.at(pixels[start : start + size])
+            sample = np.arange(start * count, (start + len(x)) * count)
             film_x, film_y = (x[:, None] + 0.5 + u).ravel(), (y[:, None] + 0.5 + v).ravel()
-            geometry, camera = self.scene.geometry, self.scene.camera
-            n = len(pixels) * work.count
-            sampler = Sampler(pixel_keys(x, y, self.settings.seed), work.first, work.count)
-            on_lens = None if camera.lens is None else points_on_lens(camera.lens, sampler, n)
+            on_lens = None if camera.lens is None else points_on_lens(camera.lens, sampler, sample)
             origin, direction, t_max = generate_rays(
                 camera, film_x, film_y, geometry.center, geometry.bounds_radius(), on_lens
             )
             media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, tally)
-            draws = sampler if self.scene.plan.draws else None
-            parts = wanted_parts(self.settings)
-            signed, branched = work.signed or draws is not None, not BRANCHES.keys().isdisjoint(parts)
-            rays = camera_rays(origin, direction, t_max, np.arange(n), media, signed, branched)
-            tally.add("camera", n)
-            sums = Sums.zeros(len(pixels), work.count, self.settings.cutoff, parts)
-            if work.signed and self.identity is not None:
-                importance = np.float32(self.settings.adaptive)
-                sums.signatures = Signatures(np.zeros(n, np.uint32), self.identity, importance)
-            trace_rays(self.scene, rays, work.seen, sums, tally, check, sampler=draws)
-            totals.add(pixels, sums, work.first)
+            tally.add("camera", len(sample))
+            begun += len(sample)
+            yield camera_rays(origin, direction, t_max, sample, media, signed, branched)
+
+
+def _portions(pixels: Pixels, count: int, threads: int, longest: int) -> list[Pixels]:
+    """Pixels with `count` samples each, dealt out in short runs to portions of at most `longest` samples."""
+    n = len(pixels) * count
+    wanted = max(-(-n // longest), min(PORTIONS * threads if threads > 1 else 1, n // SMALLEST_PORTION))
+    number = max(1, min(wanted, len(pixels)))
+    if number == 1:
+        return [pixels] if len(pixels) else []
+    run = max(1, len(pixels) // (number * RUNS))
+    portion = np.arange(len(pixels)) // run % number
+    return [pixels[portion == k] for k in range(number)]
 
 
 def _over_processes(number: int, trace: Work, chunks: int, finished: Finished, watch: Watch) -> tuple[list[int], bool]:

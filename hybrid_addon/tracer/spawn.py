@@ -15,7 +15,7 @@ from .rays import NO_BRANCH, REFLECTION, REFRACTION, Rays
 from .rough import roughen
 from .scattering import both_faces, fresnel_dielectric, keep_outside, reflect, refract
 from .signature import REFLECTED, TRANSMITTED, child_path
-from .sums import Sums, crowded
+from .sums import Sums
 from .tally import Tally
 from .vectors import Index, count, dot, largest_component, normalize, select, take
 
@@ -122,7 +122,7 @@ def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally:
         ]
     )
     sample = np.concatenate([rays.sample, rays.sample])
-    for name, choose in (("cut", sums.cuttable), ("crowded", crowded)):
+    for name, choose in (("cut", sums.cuttable), ("crowded", sums.crowded)):
         ended = choose(sample, weight)
         if ended.any():
             weight[ended] = 0

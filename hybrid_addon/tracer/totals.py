@@ -239,9 +239,9 @@ class Totals:
             result += table.take(self.samples[source]) * share
         return result
 
-    def _sources(self, pixels: Pixels, offset: tuple[int, int]) -> tuple[NDArray[np.int32], Float64]:
+    def _sources(self, pixels: Pixels, offset: tuple[int, int]) -> tuple[NDArray[np.signedinteger], Float64]:
         """The pixels (m,) that give to pixels over `offset`, and one over the number of their samples, or 0."""
-        source = self.grid.neighbours(pixels, offset)
+        source = pixels if offset == (0, 0) else self.grid.neighbours(pixels, offset)
         taken = self.samples[source]
         return source, ((source >= 0) & (taken > 0)) / np.maximum(taken, 1)
 

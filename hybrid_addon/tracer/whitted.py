@@ -1,8 +1,14 @@
-"""The wave loop: Whitted's ray tree, one generation of rays at a time, in the style of pbrt's wavefront integrator."""
+"""The wave loop: Whitted's ray tree, one generation of a sample's rays at a time, in the style of pbrt's wavefront
+integrator.
+
+A wave costs a thousand calls, however few its rays are, and deep in a glass there are few. So samples do not wait for
+one another: rays that are left of earlier samples join those of later ones. All rays of a sample that are of one
+generation are in one wave, in their order: what else is in it cannot change the sample.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 
 import numpy as np
@@ -30,7 +36,7 @@ Watch = Callable[[Rays, Hits, Index, Interaction | None, Rays], None]
 
 def trace_rays(
     scene: CompiledScene,
-    rays: Rays,
+    blocks: Iterable[Rays],
     first_seen: PrimitiveSet,
     sums: Sums,
     tally: Tally,
@@ -40,58 +46,96 @@ def trace_rays(
 ) -> None:
     """Follow camera rays to their ends and add what they find to `sums`.
 
+    blocks     : of camera rays, each of other samples; one is begun when fewer rays than half of it are left of others.
     first_seen : what camera rays can hit first.   check : called once a wave; raises to stop.   watch : see `Watch`.
     sampler    : of the chunk; None: lights are seen from their centres, so shadows are hard.
     """
-    first, waves = True, [(0, rays)]
-    while waves:
-        wave, rays = waves.pop()
+    coming, size = iter(blocks), 0
+    waiting: list[Rays] = []
+    while True:
+        first = None
+        if 2 * sum(len(rays) for rays in waiting) <= size:
+            first = next(coming, None)
+        if first is not None:
+            rays, size = first, max(size, len(first))
+        elif waiting:
+            rays = _joined(waiting, size, sums.count if watch is None else 0)
+            sums.next_generation(rays.sample)
+        else:
+            return
         check()
-        sums.begin_wave(wave, scene.settings.max_depth)
-        # Keep rays that Embree can digest; what a lost one could have brought is part of the error bound.
-        rays = _drop_untraceable(rays, sums, tally)
+        children = _trace_wave(scene, rays, None if first is None else first_seen, sums, tally, watch, sampler)
+        if len(children):
+            waiting.append(children)
 
-        # Find the closest hit of each ray.
-        hits = _closest_hits(scene, rays, first_seen if first else scene.seen_by_camera, tally)
-        hit = hits.prim >= 0
-        if first:
-            # Of the camera rays only those count that meet something the tracer is to show.
-            rays, hits, hit = _count_camera_rays(scene, rays, hits, hit, sums)
-            first = False
 
-        # Let the solids absorb their share on the way.
-        rays = scene.media.absorbed(rays, hits.t, hit)
+def _trace_wave(
+    scene: CompiledScene,
+    rays: Rays,
+    first_seen: PrimitiveSet | None,
+    sums: Sums,
+    tally: Tally,
+    watch: Watch | None,
+    sampler: Sampler | None,
+) -> Rays:
+    """Add what rays find, and return those that they spawn. first_seen: what camera rays can hit; None: later ones."""
+    # Keep rays that Embree can digest; what a lost one could have brought is part of the error bound.
+    rays = _drop_untraceable(rays, sums, tally)
 
-        # Let escaped rays see the world.
-        add_escaped(scene, rays, select(~hit), sums, tally)
+    # Find the closest hit of each ray.
+    hits = _closest_hits(scene, rays, scene.seen_by_camera if first_seen is None else first_seen, tally)
+    hit = hits.prim >= 0
+    if first_seen is not None:
+        # Of the camera rays only those count that meet something the tracer is to show.
+        rays, hits, hit = _count_camera_rays(scene, rays, hits, hit, sums)
 
-        # What the raster shows is lit already: it ends its rays.
-        if scene.backing is not None:
-            hit = add_backed(scene.backing, rays, hits, hit, sums, tally)
+    # Let the solids absorb their share on the way.
+    rays = scene.media.absorbed(rays, hits.t, hit)
 
-        # Recompute the hits from the exact geometry.
-        chosen = select(hit)
-        if count(chosen, len(rays)) == 0:
-            if watch is not None:
-                watch(rays, hits, chosen, None, rays.take(chosen))
-            continue
-        rays_hit = rays.take(chosen)
-        at = interact(scene.geometry, scene.surfaces, hits, rays, chosen)
-        at = resolve(scene.geometry, at, take(hits.t, chosen))
-        at.media = None if scene.media.shadow_absorption is None else rays_hit.media
-        at.lit = None if sums.signatures is None else np.zeros(len(rays_hit), np.uint32)
-        at.draws = None if sampler is None else sampler.draws(rays_hit.sample, rays_hit.path)
+    # Let escaped rays see the world.
+    add_escaped(scene, rays, select(~hit), sums, tally)
 
-        # Add emitted and local light.
-        add_light(scene, rays_hit, at, sums, tally)
-        if sums.signatures is not None and at.lit is not None:
-            sums.signatures.add_hits(rays_hit, at.prim, at.entering, at.lit)
+    # What the raster shows is lit already: it ends its rays.
+    if scene.backing is not None:
+        hit = add_backed(scene.backing, rays, hits, hit, sums, tally)
 
-        # Spawn at most one reflected and one transmitted ray from each hit.
-        children = concatenate(spawn(scene, rays_hit, at, take(hits.t, chosen), sums, tally))
+    # Recompute the hits from the exact geometry.
+    chosen = select(hit)
+    if count(chosen, len(rays)) == 0:
+        nothing = rays.take(chosen)
         if watch is not None:
-            watch(rays, hits, chosen, at, children)
-        waves += [(wave + 1, part) for part in _parts(children, sums.count if watch is None else 0)]
+            watch(rays, hits, chosen, None, nothing)
+        return nothing
+    rays_hit = rays.take(chosen)
+    at = interact(scene.geometry, scene.surfaces, hits, rays, chosen)
+    at = resolve(scene.geometry, at, take(hits.t, chosen))
+    at.media = None if scene.media.shadow_absorption is None else rays_hit.media
+    at.lit = None if sums.signatures is None else np.zeros(len(rays_hit), np.uint32)
+    at.draws = None if sampler is None else sampler.draws(rays_hit.sample, rays_hit.path)
+
+    # Add emitted and local light.
+    add_light(scene, rays_hit, at, sums, tally)
+    if sums.signatures is not None and at.lit is not None:
+        sums.signatures.add_hits(rays_hit, at.prim, at.entering, at.lit)
+
+    # Spawn at most one reflected and one transmitted ray from each hit.
+    children = concatenate(spawn(scene, rays_hit, at, take(hits.t, chosen), sums, tally))
+    if watch is not None:
+        watch(rays, hits, chosen, at, children)
+    return children
+
+
+def _joined(waiting: list[Rays], size: int, count: int) -> Rays:
+    """One wave out of those that wait, the latest first, until there are `size` rays.
+
+    If one is too long, some of it goes back, by pixels of `count` samples each; 0: never.
+    """
+    parts = [waiting.pop()]
+    while waiting and sum(len(part) for part in parts) + len(waiting[-1]) <= size:
+        parts.append(waiting.pop())
+    *rest, rays = _parts(concatenate(parts), count)
+    waiting += rest
+    return rays
 
 
 def _parts(rays: Rays, count: int) -> list[Rays]:

@@ -65,7 +65,7 @@ N = 1024
 
 
 def lens_points(lens):
-    return points_on_lens(lens, Sampler(pixel_keys(np.zeros(1, int), np.zeros(1, int), 0), 0, N), N)
+    return points_on_lens(lens, Sampler(pixel_keys(np.zeros(1, int), np.zeros(1, int), 0), 0, N), np.arange(N))
 
 
 def through_lens(camera):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hybrid_addon.scene import PointLight, Settings, SunLight, Surface, Visibility, World
-from hybrid_addon.tracer import Cancelled, trace
+from hybrid_addon.tracer import Cancelled, passes, trace
 from hybrid_addon.tracer.constants import FAILED_PIXEL
 
 HYBRID = Settings(samples=8, threads=1)
@@ -199,11 +199,12 @@ def test_clip_planes_limit_camera_rays_only(build):
 # ------------------------------------------------------------------------------------------------ the caller
 
 
-def test_progress_rises_to_one(build):
+def test_progress_rises_to_one(build, monkeypatch):
+    monkeypatch.setattr(passes, "POLL_SECONDS", 1e-4)
     heard = []
     trace(
         build.scene((everything(build), build.matte())),
-        replace(HYBRID, chunk=64),
+        replace(HYBRID, samples=64, chunk=64),
         progress=lambda f: heard.append(f) or True,
     )
     assert heard[0] == 0 and heard[-1] == 1

@@ -291,14 +291,15 @@ def test_look_ups_lie_between_the_texels_and_repeat(seed, height, width, u, v, c
 @given(seeds, st.floats(1e-6, 0.5))
 def test_the_cutoff_never_spends_more_than_its_budget(seed, cutoff):
     rng = np.random.default_rng(seed)
-    sums = Sums.zeros(8, 2, cutoff)
+    sums = Sums.zeros(8, 2, cutoff, depth=5)
     for wave in range(6):
-        sums.begin_wave(wave, 5)
+        if wave:
+            sums.next_generation(np.arange(16))
         sample = rng.integers(0, 16, 60)
         weight = (10.0 ** rng.uniform(-9, 0, 60)).astype(np.float32)
         cut = np.flatnonzero(sums.cuttable(sample, weight))
         sums.add_residual(sample[cut], np.repeat(weight[None, cut], 3, 0))
-        assert (sums.spent <= sums.allowed).all()
+        assert (sums.spent <= sums.allowed(np.arange(16))).all()
     assert (sums.residual <= cutoff * (1 + 1e-6)).all()
 
 

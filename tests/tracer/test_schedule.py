@@ -130,8 +130,9 @@ def test_totals_know_nothing_at_first():
     assert np.isnan(Totals.zeros(grid, PixelFilter(1.5, 0), signed=False).variance).all()
 
 
-def test_a_larger_picture_needs_little_more_than_its_pixels(build):
-    """Rays come in chunks: what grows with the picture are its film (20 bytes a pixel) and its sums (40)."""
+def test_a_larger_picture_needs_little_more_than_its_pixels(build, monkeypatch):
+    """Rays come in portions: what grows with the picture are its film (20 bytes a pixel) and its sums (40)."""
+    monkeypatch.setattr(passes, "LONGEST_PORTION", 1 << 12)
     s = build.scene((build.quad([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)]), build.emitter(1, 1, 1)))
     peak = {}
     for size in (128, 512):
