@@ -143,6 +143,13 @@ class Grid:
         """The numbers (m,) of the pixels from which these (m,) are `offset` (dx, dy) away; -1 where none is traced."""
         return self.number[self.place[pixels] - np.int32(offset[0] + offset[1] * self.size[1])]
 
+    def beside(self, pixels: Numbers, offset: tuple[int, int]) -> NDArray[np.int32]:
+        """The numbers (m,) of the pixels that are `offset` (dx, dy) away from these (m,), however far; -1 for none."""
+        row, column = np.divmod(self.place[pixels], self.size[1])
+        row, column = row + offset[1], column + offset[0]
+        there = (row >= 0) & (row < self.size[0]) & (column >= 0) & (column < self.size[1])
+        return np.where(there, self.number[np.where(there, row * self.size[1] + column, 0)], np.int32(-1))
+
     def picture(self, values: NDArray) -> NDArray:
         """Values (..., n) of the pixels as (..., height, width) of the grid; 0 elsewhere."""
         result = np.zeros((*values.shape[:-1], self.size[0] * self.size[1]), values.dtype)

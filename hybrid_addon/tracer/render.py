@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from .constants import FAILED_PIXEL, FILL_SAMPLES
 from .data import depth_and_normal
 from .film import fill_from_neighbours
 from .kept import Kept
-from .passes import Cancelled, Pass, Passes, Progress
+from .passes import Cancelled, Pass, Passes, Pixels, Progress
 from .photons import caustic
 from .schedule import END, Schedule, is_adaptive
 from .sums import wanted_parts
@@ -25,7 +26,7 @@ from .validate import validate
 __all__ = ["Cancelled", "Progress", "trace", "trace_compiled"]
 
 DEFAULTS = Settings()
-BAND = 1 << 16
+BAND = 1 << 15
 """Pixels that are developed at once: what is only needed meanwhile stays small in large pictures."""
 
 PHASES = ("build", "intersect", "occluded", "shade", "develop")
@@ -118,12 +119,10 @@ class _Frame:
         self.schedule.run()
         for (what, why), number in self.schedule.skipped.items():
             self._skip(what, why, number)
-        coverage = self.total.coverage(self.schedule.pixels)
-        if self.must_fill:
-            self._fill_gaps()
+        found = self._fill_gaps() if self.must_fill else np.zeros(0, np.intp)
         self.passes.report(1.0)
         with self.tally.phase("develop"):
-            film = self._develop(coverage)
+            film = self._develop(found)
         for phase in PHASES:
             film.time[phase] = {"wall": self.tally.wall[phase], "cpu": self.tally.cpu[phase]}
         film.time["trace"] = {"wall": time.perf_counter() - began, "cpu": self._cpu()}
@@ -148,47 +147,62 @@ class _Frame:
     def _cpu(self) -> float:
         return sum(seconds for phase, seconds in self.tally.cpu.items() if phase != "build")
 
-    def _fill_gaps(self) -> None:
-        """Give every masked pixel a sample that counts: more camera rays, then only flagged geometry."""
+    def _fill_gaps(self) -> Pixels:
+        """Give every masked pixel a sample that counts: more camera rays, then only flagged geometry.
+
+        Returns the pixels (m,) that had none.
+        """
         first, camera = self.settings.samples, self.scene.seen_by_camera
         inside = self.grid.inside()
+        empty = without = inside[~self.total.seen(inside)]
         for why, seen in (
             ("found by more camera rays", camera),
             ("found behind what is not flagged", self.scene.flagged_only),
         ):
-            empty = inside[~self.total.seen(inside)]
             if len(empty) == 0 or len(seen) == 0:
-                return
+                break
             self.passes.run(empty, Pass(first, FILL_SAMPLES, seen, True), self.total, (END, 1.0), self.deadline)
             self._skip("pixels without a sample", why, int(np.count_nonzero(self.total.seen(empty))))
+            empty = empty[~self.total.seen(empty)]
+        return without
 
     def _skip(self, what: str, why: str, number: int) -> None:
         if number:
             self.skipped.append({"what": what, "why": why, "count": number})
 
-    def _develop(self, covered: Float32) -> Film:
+    def _develop(self, found: Pixels) -> Film:
         """Filtered means over the samples that count, failures in pink, gaps from the neighbours.
 
-        covered : (n,) coverage of the traced pixels.
+        found : pixels whose colour was looked for behind what covers it.
         """
         n = self.width * self.height
         radiance, residual, coverage = np.zeros((n, 3), np.float32), np.zeros(n, np.float32), np.zeros(n, np.float32)
         parts = {name: np.zeros((n, rows.stop - rows.start), np.float32) for name, rows in self.total.rows.items()}
         wanted, known = np.zeros(n, bool), np.zeros(n, bool)
-        for start in range(0, len(self.grid), BAND):
+        uncovered = np.zeros(len(self.grid), bool)
+        uncovered[found] = True
+
+        def develop(start: int) -> tuple[int, int]:
             band = start + np.flatnonzero(self.grid.window[start : start + BAND] >= 0)
-            light, lost, light_passes = self.total.developed(band)
-            failed = ~np.isfinite(light).all(axis=0) | ~np.isfinite(lost)
-            self.tally.add("nan_pixels", np.count_nonzero(failed))
-            self.tally.add("negative_radiance", np.count_nonzero((light < 0).any(axis=0)))
+            with np.errstate(all="ignore"):
+                light, lost, light_passes, covered = self.total.developed(band)
+                failed = ~np.isfinite(light).all(axis=0) | ~np.isfinite(lost)
+                negative = int(np.count_nonzero((light < 0).any(axis=0)))
             light[:, failed] = np.array(FAILED_PIXEL)[:, None]
             lost[failed] = 1
+            covered[uncovered[band]] = 0
             place = self.grid.window[band]
-            radiance[place], residual[place], coverage[place] = light.T, lost, covered[band]
+            radiance[place], residual[place], coverage[place] = light.T, lost, covered
             for name, part in light_passes.items():
                 parts[name][place] = part.T
             wanted[place] = True
             known[place] = self.total.seen(band) if self.must_fill else self.total.samples[band] > 0
+            return int(np.count_nonzero(failed)), negative
+
+        with ThreadPoolExecutor(self.settings.threads or None) as pool:
+            for failed, negative in pool.map(develop, range(0, len(self.grid), BAND)):
+                self.tally.add("nan_pixels", failed)
+                self.tally.add("negative_radiance", negative)
         shape = (self.height, self.width)
         picture, residual, coverage = radiance.reshape(*shape, 3), residual.reshape(shape), coverage.reshape(shape)
         pictures = {name: part.reshape(*shape, -1) for name, part in parts.items()}

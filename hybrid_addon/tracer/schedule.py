@@ -19,7 +19,7 @@ from .adaptive import Audit, choose, looks, unsettled
 from .compiled import CompiledScene
 from .constants import COARSEST, FIRST_SAMPLES, SAMPLING_SLOPE
 from .passes import Pass, Passes, Pixels
-from .totals import Totals, neighbours_rmse
+from .totals import ESTIMATED, SEEN, Totals, neighbours_rmse
 
 END = 0.95
 """The fraction of the progress at which all samples are taken."""
@@ -130,6 +130,7 @@ class Schedule:
         """How many samples there were, and the error to expect of them, over the traced pixels and as they show."""
         pixels = self.passes.grid.inside()
         taken = self.totals.samples[pixels]
+        pixels = pixels[:: max(1, len(pixels) // ESTIMATED)]
         variance = self.totals.variance_of_mean(pixels)
         if self.weight is not None:
             variance *= self.weight[pixels] ** 2
@@ -145,11 +146,9 @@ class Schedule:
         """Of one sample a pixel, or less."""
         if len(self.pixels) == 0:
             return None
-        grid = self.passes.grid
-        traced = grid.picture(self.totals.seen(self.pixels) & (self.totals.samples > 0))
-        weight = grid.picture(np.ones(len(grid), np.float32) if self.weight is None else self.weight)
-        mean = grid.picture(self.totals.mean(self.pixels)).reshape(3, -1)
-        return neighbours_rmse(lambda part: mean[:, part], traced, weight, len(self.pixels))
+        weight = np.ones(len(self.pixels), np.float32) if self.weight is None else self.weight
+        traced = self.totals.given[0, SEEN] > 0
+        return neighbours_rmse(self.totals.mean, self.passes.grid, traced, weight)
 
     def _skip(self, what: str, why: str, number: int) -> None:
         if number:

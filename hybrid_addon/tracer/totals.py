@@ -24,6 +24,12 @@ RADIANCE, SEEN, RESIDUAL, OWN = slice(0, 3), 3, 4, slice(0, 4)
 BAND = 1 << 16
 """Pixels that are gathered at once."""
 
+GIVEN_AT_ONCE = 1 << 13
+"""Pixels whose samples are weighed at once: they stay in a core's cache."""
+
+ESTIMATED = 1 << 16
+"""An error is estimated from about so many pixels, evenly chosen."""
+
 
 @dataclass(eq=False)
 class Totals:
@@ -95,31 +101,33 @@ class Totals:
 
     def add(self, pixels: Pixels, sums: Sums, first: int) -> None:
         """Add samples first, first + 1, ... of some pixels (m,), each once."""
-        m, count = len(pixels), sums.count
-        values = np.empty((count, self.given.shape[1], m), np.float32)
-        values[:, RADIANCE] = sums.radiance.reshape(3, m, count).transpose(2, 0, 1)
-        values[:, SEEN] = sums.seen.reshape(m, count).T
-        values[:, RESIDUAL] = sums.residual.reshape(m, count).T
-        for name, rows in self.rows.items():
-            values[:, rows] = sums.parts[name].reshape(-1, m, count).transpose(2, 0, 1)
-        if sums.signatures is not None:
-            self._compare(pixels, values[:, OWN], sums.signatures.values.reshape(m, count))
-        self._give(pixels, values, first)
+        count = sums.count
+        weights = self.filter.weights(first, count)
+        for start in range(0, len(pixels), GIVEN_AT_ONCE):
+            band = pixels[start : start + GIVEN_AT_ONCE]
+            m, of_band = len(band), slice(start * count, (start + GIVEN_AT_ONCE) * count)
+            values = np.empty((count, self.given.shape[1], m), np.float32)
+            values[:, RADIANCE] = sums.radiance[:, of_band].reshape(3, m, count).transpose(2, 0, 1)
+            values[:, SEEN] = sums.seen[of_band].reshape(m, count).T
+            values[:, RESIDUAL] = sums.residual[of_band].reshape(m, count).T
+            for name, rows in self.rows.items():
+                values[:, rows] = sums.parts[name][:, of_band].reshape(-1, m, count).transpose(2, 0, 1)
+            if sums.signatures is not None:
+                self._compare(band, values[:, OWN], sums.signatures.values[of_band].reshape(m, count))
+            self._give(band, values, weights, first)
         self.samples[pixels] += count
 
-    def _give(self, pixels: Pixels, values: Float32, first: int) -> None:
-        """Add values (count, c, m) under the weights of the filter, and see how far their halves differ."""
-        where = _as_slice(pixels)
-        count = len(values)
-        weights = self.filter.weights(first, count)
-        given = self.given[:, :, where].copy()
+    def _give(self, pixels: Pixels, values: Float32, weights: Float32, first: int) -> None:
+        """Add values (count, c, m) under the weights (k, count), and see how far their halves differ."""
+        where, count = _as_slice(pixels), len(values)
+        given = self.given[:, :, where]
         # What is no number stays in its own pixel.
         sound = values
         if not np.isfinite(values).all():
             sound = np.where(np.isfinite(values).all(axis=1, keepdims=True), values, np.float32(0))
         middle = (first + count) // 2 - first  # the first sample of the second half
         second = np.zeros((4, values.shape[2]), np.float32)
-        half, product = given[0, OWN], np.empty_like(given[0])
+        half, product = second, np.empty_like(values[0])
         for s in range(count):
             if s == middle:
                 half = given[0, OWN].copy()
@@ -128,7 +136,8 @@ class Totals:
                 given[k] += product
                 if k == 0 and s >= middle:
                     second += product[OWN]
-        self.given[:, :, where] = given
+        if not isinstance(where, slice):
+            self.given[:, :, where] = given
         if middle >= 0 and first + count > 1:
             self._estimate(where, half, second)
         else:
@@ -180,22 +189,18 @@ class Totals:
         own = self.given[0, OWN][:, pixels]
         return _quotient(own[RADIANCE], own[SEEN])
 
-    def developed(self, pixels: Pixels) -> tuple[Float32, Float32, dict[str, Float32]]:
-        """Of pixels (m,), all in the same mean: radiance (3, m), residual (m,), light passes (0 where not finite)."""
-        sums = self._gathered(pixels, slice(None))
+    def developed(self, pixels: Pixels) -> tuple[Float32, Float32, dict[str, Float32], Float32]:
+        """Of pixels (m,), all in the same mean: radiance (3, m), residual (m,), light passes and coverage (m,).
+
+        Light passes are 0 where they are not finite. Coverage is the share of the samples that count.
+        """
+        sums, taken = self._gathered(pixels, slice(None)), self._taken(pixels)
         parts = {
             name: np.nan_to_num(_quotient(sums[rows], sums[SEEN]), posinf=0, neginf=0)
             for name, rows in self.rows.items()
         }
-        return _quotient(sums[RADIANCE], sums[SEEN]), _quotient(sums[RESIDUAL], sums[SEEN]), parts
-
-    def coverage(self, pixels: Pixels) -> Float32:
-        """(m,) the filtered share of samples that count."""
-        result = np.empty(len(pixels), np.float32)
-        for start in range(0, len(pixels), BAND):
-            band = slice(start, start + BAND)
-            result[band] = _quotient(self._gathered(pixels[band], slice(SEEN, SEEN + 1))[0], self._taken(pixels[band]))
-        return result
+        light, lost = _quotient(sums[RADIANCE], sums[SEEN]), _quotient(sums[RESIDUAL], sums[SEEN])
+        return light, lost, parts, _quotient(sums[SEEN], taken)
 
     def seen(self, pixels: Pixels) -> Bools:
         """Whether any sample counts for pixels (m,)."""
@@ -258,42 +263,30 @@ def _quotient(sums: NDArray, seen: NDArray) -> Float32:
         return np.asarray((sums / np.where(seen > 0, seen, 1)).astype(np.float32))
 
 
-NEIGHBOUR_BAND = 1 << 15
-"""Pixels whose neighbours are looked at at once."""
-
-
-def neighbours_rmse(
-    mean: Callable[[slice], Float32], traced: NDArray[np.bool_], weight: Float32, wanted: int
-) -> float | None:
-    """Error to expect of `wanted` pixels with one sample or none, from how far neighbours differ; None: nobody knows.
+def neighbours_rmse(mean: Callable[[Pixels], Float32], grid: Grid, traced: Bools, weight: Float32) -> float | None:
+    """Error to expect of n pixels with one sample or none, from how far neighbours differ; None: nobody knows.
 
     A sample is half as far, squared, from the mean that it stands for as from its neighbour's; a pixel that copies a
     neighbour is as far as that is. Where a picture has detail of its own this is more than the error.
 
-    mean : gives (3, m) of a run of pixels.   traced : (h, w) with a sample.   weight : (h, w), the pixel's share.
+    mean : gives (3, m) of pixels.   traced : (n,) with a sample.   weight : (n,), the pixel's share.
     """
-    squared, pairs, step = 0.0, 0, 1
-    height, width = traced.shape
-    while pairs == 0 and step < max(traced.shape):
-        rows = max(step, NEIGHBOUR_BAND // width)
-        for start in range(0, height, rows):  # in bands, or a large picture would need much memory for this
-            stop = min(start + rows + step, height)
-            part = mean(slice(start * width, stop * width)).reshape(3, stop - start, width)
-            known, share = traced[start:stop], weight[start:stop]
-            own, below = min(rows, height - start), max(min(rows, height - start - step), 0)
-            right = known[:own, :-step] & known[:own, step:], part[:, :own, step:] - part[:, :own, :-step]
-            above = slice(step, step + below)
-            up = known[:below] & known[above], part[:, above] - part[:, :below]
-            for (both, apart), size in ((right, share[:own, :-step]), (up, share[:below])):
-                apart *= size
-                apart *= apart
-                squared += float(apart.mean(axis=0)[both].sum(dtype=np.float64))
-                pairs += int(np.count_nonzero(both))
+    known, step = np.flatnonzero(traced), 1
+    known = known[:: max(1, len(known) // ESTIMATED)]
+    while step < max(grid.size):
+        squared, pairs = 0.0, 0
+        for offset in ((step, 0), (0, step)):
+            there = grid.beside(known, offset)
+            both = (there >= 0) & traced[there]
+            here, next_to = known[both], there[both].astype(np.intp)
+            apart = np.subtract(mean(here), mean(next_to)) * weight[here]
+            squared += float((apart * apart).mean(axis=0).sum(dtype=np.float64))
+            pairs += len(here)
+        if pairs:
+            own_share = np.count_nonzero(traced) / len(traced)
+            return float(np.sqrt(squared / pairs * (own_share / 2 + 1 - own_share)))
         step *= 2
-    if pairs == 0:
-        return None
-    own_share = np.count_nonzero(traced) / max(wanted, 1)
-    return float(np.sqrt(squared / pairs * (own_share / 2 + 1 - own_share)))
+    return None
 
 
 def contrast(a: Float32, b: Float32) -> Float32:

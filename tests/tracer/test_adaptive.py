@@ -8,6 +8,7 @@ import pytest
 from hybrid_addon.scene import PointLight, Settings, World
 from hybrid_addon.tracer import schedule, trace
 from hybrid_addon.tracer.adaptive import looks, upper_limit
+from hybrid_addon.tracer.film import Grid
 from hybrid_addon.tracer.totals import neighbours_rmse
 
 FULL = Settings(samples=32, see="ALL", threads=1, max_depth=6)
@@ -143,10 +144,11 @@ def test_the_error_of_one_sample_is_told_by_its_neighbours(spheres, reference):
 
 def test_noise_is_as_far_from_its_mean_as_neighbours_say():
     noise = np.random.default_rng(0).normal(1, 0.1, (3, 900 * 50)).astype(np.float32)
-    weight, none = np.full((900, 50), 0.5, np.float32), np.zeros((900, 50), bool)
-    assert neighbours_rmse(lambda part: noise[:, part], ~none, weight, none.size) == pytest.approx(0.05, rel=0.03)
-    assert neighbours_rmse(lambda part: np.ones_like(noise[:, part]), ~none, weight, none.size) == 0
-    assert neighbours_rmse(lambda part: noise[:, part], none, weight, none.size) is None
+    weight, none = np.full(45000, 0.5, np.float32), np.zeros(45000, bool)
+    grid = Grid.of((0, 0, 50, 900), (50, 900), None, 1)
+    assert neighbours_rmse(lambda part: noise[:, part], grid, ~none, weight) == pytest.approx(0.05, rel=0.03)
+    assert neighbours_rmse(lambda part: np.ones_like(noise[:, part]), grid, ~none, weight) == 0
+    assert neighbours_rmse(lambda part: noise[:, part], grid, none, weight) is None
 
 
 def test_two_samples_leave_nothing_to_decide(spheres):

@@ -28,9 +28,9 @@ from .table import Goal, Table
 TARGET = 0.005
 PILOT = 32  # samples
 REFERENCE = 256  # samples: at 16 times fewer the error is 8 times as large
-STEPS = (1, 2, 4, 6, 9, 12, 16, 25, 36, 49, 64, 100, 144, 256)
+STEPS = (1, 2, 3, 4, 5, 6, 8, 12, 16, 25, 36, 49, 64, 100, 144, 256)
 DEPTH = 16
-ADAPTIVE, CUTOFF = 0.05, 1 / 32  # at this error nothing finer pays
+ADAPTIVE, CUTOFF = 0.3, 1 / 16  # at this error nothing finer pays
 GOALS = {"the whole frame": 20.0, "the spheres alone": 10.0}
 Size = tuple[int, int]
 
