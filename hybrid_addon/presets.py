@@ -23,5 +23,5 @@ class Quality:
 QUALITY: dict[str, tuple[str, str, Quality]] = {
     "DRAFT": ("Draft", "To look at: edges are a little rough", Quality(4, 8, 1 / 64, 0.0)),
     "FINAL": ("Final", "To deliver: no difference to see", Quality(64, 32, 1 / 255, 0.05)),
-    "REFERENCE": ("Reference", "To measure against: nothing is left to chance", Quality(1024, 64, 1e-4, 0.0)),
+    "REFERENCE": ("Reference", "To measure against: nothing is left to chance", Quality(256, 64, 1e-4, 0.0)),
 }

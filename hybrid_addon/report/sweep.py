@@ -51,7 +51,7 @@ class Axes:
     max_depth: tuple[int, ...] = (1, 2, 4, 8, 16, 32)
     cutoff: tuple[float, ...] = (1e-4, 1e-3, 1 / 255, 1 / 64)
     adaptive: tuple[float, ...] = (0.0, 0.05)
-    reference_samples: int = 1024
+    reference_samples: int = 256
     repeats: int = 3
 
     @property
