@@ -433,7 +433,7 @@ class Settings:
     transparent   : where camera rays see the world, pixels where nothing is hit get alpha 0 (Film > Transparent).
     raster_shadows : work out, too, the shadows that flagged objects cast on all others (`Film.shadow`).
     threads       : worker threads, 0 = all cores. chunk: camera rays a thread takes at once. Neither changes a pixel.
-    processes     : as many forked processes do the work of the threads, where there are four or more, the system can
+    processes     : as many forked processes do the work of the threads, where there are two or more, the system can
                     fork and the picture is worth it (`tracer.forks`). Changes no pixel.
     seed          : of the sampling pattern, together with the pixel's absolute position.
     shadow_samples : rays to each light that has a size, for each hit, spread over the light; 0 = hard shadows.

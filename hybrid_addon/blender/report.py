@@ -21,7 +21,9 @@ from ..report.sweep import (
     Point,
     Reference,
     Studio,
+    affordable,
     combinations,
+    describe,
     knobs,
     measure,
     promising,
@@ -59,16 +61,17 @@ def write(
     translation = _translated(scene, size, scene.hybrid.light_falloff)
     base = clock.read()
     studio = Studio(translation.scene, _settings(scene), mask)
-    say(f"reference: {axes.reference_samples} samples, {axes.deepest} bounces")
+    say(f"reference: up to {axes.reference_samples} samples, {axes.deepest} bounces")
     deep = reference(studio, axes)
     if not deep.regions["all"].any():
         raise HybridError("no ray traced object is in the picture")
     single = knobs(studio, axes, deep, say)
-    points = combinations(axes, promising(single["entries"]))
+    points, too_long = affordable(combinations(axes, promising(single["entries"])), single, deep, axes)
     measure(studio, points, deep, axes.repeats, say)
     seconds = base["wall"] + studio.build["wall"]
     theirs = _against_cycles(scene, translation, studio, deep, axes, cycles_samples, say)
     notes = [*translation.warnings]
+    notes += [f"not measured, it would take minutes: {p.preset or describe(p.quality)}" for p in too_long]
     if metrics.flip_library() is None:
         notes.append("no FLIP: flip-evaluator is not installed")
     report = {
@@ -158,7 +161,7 @@ def _against_cycles(
     region, weight = deep.regions["all"], studio.weight(deep.film)[..., None].astype(np.float64)
     cycles.limit(scene, _box(region), size)
     cycles.draw(scene, 1, 0)  # warm
-    half = max(1, axes.reference_samples // 2)
+    half = max(1, 2 * axes.reference_samples)  # its samples are not shared between pixels
     say(f"Cycles' reference: {2 * half} samples")
     clock = results.Clock()
     a, b = (cycles.draw(scene, half, seed)[0] for seed in REFERENCE_SEEDS)
@@ -195,7 +198,7 @@ def _with_physical_lights(
     say("our reference with physical lights, to compare with Cycles")
     physical = _translated(scene, translation.scene.camera.resolution, "PHYSICAL")
     other = Studio(physical.scene, _settings(scene), studio.mask)
-    film = other.trace(replace(deep.quality, samples=max(1, axes.reference_samples // 4)))
+    film = other.trace(replace(deep.quality, samples=max(1, deep.quality.samples // 4)))
     return other.shown(film).astype(np.float64)
 
 
@@ -248,7 +251,7 @@ def _hash(picture: Float64) -> str:
 
 def _pictures(studio: Studio, points: Sequence[Point], deep: Reference, raster: Float32 | None) -> dict[str, Float32]:
     """The preset for delivery, ten times its error, and its residual."""
-    chosen = next(p for p in points if p.preset == "Final")
+    chosen = next((p for p in points if p.preset == "Final"), points[-1])
     film = studio.trace(chosen.quality)
     shown = studio.shown(film)
     whole = shown if raster is None else shown + raster[..., :3]

@@ -35,9 +35,12 @@ BRIGHTER = 2.0
 """What a cut ray would have met is taken to be at most so many times as bright as the brightest pixel, or as the world
 and what emits if these are brighter: an estimate, since a highlight may be brighter still."""
 
-REFERENCE_CUTOFF = 1e-5
+REFERENCE_CUTOFF = 5e-5
 """The reference follows what brings more than this: below what its samples resolve. Without a cutoff the paths between
 mirrors and half clear glass multiply with every bounce."""
+
+LEAST_REFERENCE = 16
+"""Samples that it has however long they take."""
 
 REFERENCE_SEEDS = (101, 202)
 """The reference's camera samples are none that a render uses, or a render would be compared with itself."""
@@ -45,13 +48,18 @@ REFERENCE_SEEDS = (101, 202)
 
 @dataclass(frozen=True)
 class Axes:
-    """The settings to combine, and how deep the reference is. repeats: timed runs of each."""
+    """The settings to combine, and how deep the reference is.
+
+    repeats : timed runs of each.   reference_seconds : the reference takes fewer samples if these would not do; nothing
+    that would take twice as long is measured.
+    """
 
     samples: tuple[int, ...] = (1, 4, 16, 64)
     max_depth: tuple[int, ...] = (1, 2, 4, 8, 16, 32)
-    cutoff: tuple[float, ...] = (1e-4, 1e-3, 1 / 255, 1 / 64)
+    cutoff: tuple[float, ...] = (1e-3, 1 / 255, 1 / 64)
     adaptive: tuple[float, ...] = (0.0, 0.05)
     reference_samples: int = 256
+    reference_seconds: float = 120.0
     repeats: int = 3
 
     @property
@@ -149,7 +157,10 @@ class Studio:
 
 @dataclass(eq=False)
 class Reference:
-    """The mean of two independent deep pictures; floor: how far it is itself from the truth, RMSE by region."""
+    """The mean of two independent deep pictures.
+
+    floor : how far it is itself from the truth, RMSE by region.   each : seconds for one sample of so deep a picture.
+    """
 
     picture: Float64
     film: Film
@@ -157,18 +168,21 @@ class Reference:
     floor: dict[str, float]
     quality: Quality
     seconds: float
+    each: float
 
 
 def reference(studio: Studio, axes: Axes) -> Reference:
     """Twice half the samples. The halves' RMSE, halved, is the standard error of their mean."""
     began = time.perf_counter()
-    quality = axes.deep(max(1, axes.reference_samples // 2))
+    each = studio.trace(axes.deep(1)).time["trace"]["wall"]
+    affordable = max(LEAST_REFERENCE, int(axes.reference_seconds / max(each, 1e-9)))
+    quality = axes.deep(max(1, min(axes.reference_samples, affordable) // 2))
     films = [studio.trace(quality, seed) for seed in REFERENCE_SEEDS]
     a, b = (studio.shown(film).astype(np.float64) for film in films)
     found = regions(studio.ids, studio.weight(films[0]))
     floor = {name: metrics.rmse(a, b, region) / 2 for name, region in found.items()}
     quality = replace(quality, samples=2 * quality.samples)
-    return Reference((a + b) / 2, films[0], found, floor, quality, time.perf_counter() - began)
+    return Reference((a + b) / 2, films[0], found, floor, quality, time.perf_counter() - began, each)
 
 
 # ------------------------------------------------------------------------------------------------ one knob alone
@@ -218,6 +232,19 @@ def combinations(axes: Axes, pairs: Iterable[tuple[int, float]]) -> list[Point]:
             qualities.append(Quality(samples, max_depth, cutoff, adaptive))
     named = {quality: label for label, _, quality in QUALITY.values()}
     return [Point(quality, named.get(quality, "")) for quality in dict.fromkeys([*qualities, *named])]
+
+
+def affordable(
+    points: Iterable[Point], single: dict[str, Any], deep: Reference, axes: Axes
+) -> tuple[list[Point], list[Point]]:
+    """Those that can be timed, and those that would take too long, as far as what `knobs` found tells."""
+    found: tuple[list[Point], list[Point]] = ([], [])
+    for point in points:
+        q = point.quality
+        more = [e["seconds"] for e in single["entries"] if e["max_depth"] >= q.max_depth and e["cutoff"] <= q.cutoff]
+        each = min(more, default=deep.each * single["samples"]) / single["samples"]
+        found[q.samples * each > 2 * axes.reference_seconds].append(point)
+    return found
 
 
 def measure(studio: Studio, points: Sequence[Point], deep: Reference, repeats: int, say: Say) -> None:

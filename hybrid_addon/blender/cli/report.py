@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import math
+from dataclasses import replace
 from pathlib import Path
 
 from ..errors import HybridError
@@ -24,7 +26,10 @@ def add(verbs: Verbs) -> None:
     report.add_argument("--cutoff", nargs="+", type=share, metavar="X", help="to measure")
     report.add_argument("--adaptive", nargs="+", type=number(0, 0.99), metavar="X", help="to measure")
     report.add_argument(
-        "--reference-samples", type=number(2, 65536, int), metavar="N", help="of what everything is compared with"
+        "--reference-samples",
+        type=number(2, 65536, int),
+        metavar="N",
+        help="of what everything is compared with, however long they take (256, or what two minutes allow)",
     )
     report.add_argument("--repeats", type=number(1, 100, int), metavar="N", help="timed runs of each setting")
     report.add_argument(
@@ -40,6 +45,8 @@ def _report(arguments: argparse.Namespace) -> None:
     given = {name: tuple(dict.fromkeys(getattr(arguments, name) or ())) for name in lists}
     single = {name: getattr(arguments, name) for name in ("reference_samples", "repeats")}
     axes = report.Axes(**{name: value for name, value in {**given, **single}.items() if value})
+    if arguments.reference_samples:
+        axes = replace(axes, reference_seconds=math.inf)
     if not arguments.file.is_file():
         raise HybridError(f"no file '{arguments.file}'")  # before a folder is made for it
     scene = open_file(arguments.file)
