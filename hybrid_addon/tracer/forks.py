@@ -1,9 +1,9 @@
 """Portions over forked processes: threads would wait for the one interpreter lock.
 
 A numpy call holds the lock only to begin and to end, but a portion makes thousands. Two threads lose a fifth to handing
-the lock over, and with more than some four that takes longer than the work. A forked process has an interpreter of its own and all that the parent
-had made ready, Embree's trees too, without a copy. What it finds it adds to the totals, which lie in shared memory;
-what it counted it says in one line for each chunk.
+the lock over, and with more than some four that takes longer than the work. A forked process has an interpreter of its
+own and all that the parent had made ready, Embree's trees too, without a copy. What it finds it adds to the totals,
+which lie in shared memory; what it counted it says in one line for each portion.
 
 Only for Linux, and only asked for without a window (`blender.engine`): a fork has one thread, and what the others held
 stays held in it. glibc and Python mend their own locks, and a child needs no other: it imports nothing, prints nothing,
