@@ -175,8 +175,8 @@ def reference(studio: Studio, axes: Axes) -> Reference:
     """Twice half the samples. The halves' RMSE, halved, is the standard error of their mean."""
     began = time.perf_counter()
     each = studio.trace(axes.deep(1)).time["trace"]["wall"]
-    affordable = max(LEAST_REFERENCE, int(axes.reference_seconds / max(each, 1e-9)))
-    quality = axes.deep(max(1, min(axes.reference_samples, affordable) // 2))
+    samples = min(axes.reference_samples, max(LEAST_REFERENCE, axes.reference_seconds / max(each, 1e-9)))
+    quality = axes.deep(max(1, int(samples) // 2))
     films = [studio.trace(quality, seed) for seed in REFERENCE_SEEDS]
     a, b = (studio.shown(film).astype(np.float64) for film in films)
     found = regions(studio.ids, studio.weight(films[0]))
