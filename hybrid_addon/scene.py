@@ -432,7 +432,7 @@ class Settings:
                     world; "ALL": both.
     transparent   : where camera rays see the world, pixels where nothing is hit get alpha 0 (Film > Transparent).
     raster_shadows : work out, too, the shadows that flagged objects cast on all others (`Film.shadow`).
-    threads       : worker threads, 0 = all cores. chunk: camera rays a thread takes at once. Neither changes a pixel.
+    threads       : worker threads, 0 = all cores. chunk: camera rays a thread begins at once. Neither changes a pixel.
     processes     : as many forked processes do the work of the threads, where there are two or more, the system can
                     fork and the picture is worth it (`tracer.forks`). Changes no pixel.
     seed          : of the sampling pattern, together with the pixel's absolute position.
@@ -462,7 +462,7 @@ class Settings:
     transparent: bool = False
     threads: int = 0
     processes: bool = False
-    chunk: int = 1 << 16
+    chunk: int = 1 << 15
     seed: int = 0
     cutoff: float = 0.0
     adaptive: float = 0.0
