@@ -54,7 +54,7 @@ def rays(bench: Bench) -> list[Table]:
 
 
 def threads(bench: Bench) -> list[Table]:
-    """One thread to all of them (forked processes from four on): the tracer, and bare embreex calls, its limit."""
+    """One thread to all of them (forked processes from two on): the tracer, and bare embreex calls, its limit."""
     size = (128, 96) if bench.quick else (1024, 768)
     steps = [t for t in (1, 2, 4, 8, 16, 32, 64, 128) if t < cores()] + [cores()]
     table = Table(
