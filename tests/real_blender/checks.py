@@ -31,7 +31,7 @@ STEP = 1 / 255  # of an 8 bit picture
 START = 60  # seconds in which Blender prints its first line; xvfb-run, which may wait for its screen for ever, does not
 PATIENCE = 200  # seconds for one run of Blender
 # What `window.limit` ends with if no thread runs Python: rarely Blender waits for itself for ever, with a window on
-# software OpenGL. Seen once; forty runs of the same check on the same machine did not repeat it.
+# software OpenGL. Seen once; thirty runs of the same check on the same machine did not repeat it.
 STANDS_STILL = "<no Python frame>"
 
 
