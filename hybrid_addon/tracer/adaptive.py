@@ -35,7 +35,10 @@ def looks(samples: int) -> list[int]:
 
 
 class Audit:
-    """Pixels that could have stopped and go on nevertheless, to see what would have been missed."""
+    """Pixels that could have stopped and go on nevertheless, to see what would have been missed.
+
+    going_on : (n,) bool, which they are so far.
+    """
 
     def __init__(self, totals: Totals, seed: int) -> None:
         """Draw them from all pixels of the totals, keyed by their absolute places and the seed."""
@@ -45,6 +48,7 @@ class Audit:
         salt = hash32(np.array([seed & 0xFFFFFFFF], np.uint32) ^ AUDIT_SALT)
         drawn = hash32(x.astype(np.uint32) ^ hash32(y.astype(np.uint32) ^ salt)) < np.uint32(share * 0xFFFFFFFF)
         self.drawn: Bools = drawn
+        self.going_on = np.zeros(n, bool)
         self.left_alone = 0
         self._pixels: list[Pixels] = []
         self._before: list[Float32] = []
@@ -52,6 +56,7 @@ class Audit:
     def keep(self, totals: Totals, stopping: Pixels) -> Pixels:
         """Those of the pixels that could stop which are to go on; each is asked for once."""
         kept = stopping[self.drawn[stopping]]
+        self.going_on[kept] = True
         self.left_alone += len(stopping)
         self._pixels.append(kept)
         self._before.append(totals.own_mean(kept))

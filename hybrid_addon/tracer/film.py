@@ -78,7 +78,7 @@ class PixelFilter:
 class Grid:
     """The n pixels that are traced: those wanted of a window, and those just outside that share samples with them.
 
-    Around them lies a margin as wide as the filter reaches, in which nothing is traced.
+    Around them lies a margin, at least as wide as the filter reaches, in which nothing is traced.
 
     corner : absolute x and y of the lower left place, margin included.   size : (height, width), likewise.
     place  : (n,) where in the grid each pixel is, ascending flat places.
@@ -105,27 +105,20 @@ class Grid:
         The pixels just outside are those in the frame that wanted ones reach: a part then looks as in the whole frame.
         """
         x0, y0, x1, y1 = window
-        height, width = y1 - y0 + 2 * reach, x1 - x0 + 2 * reach
-        window_part = slice(reach, height - reach), slice(reach, width - reach)
-        inside = np.zeros((height, width), bool)
-        inside[window_part] = True if wanted is None else wanted
-        traced = inside
-        if (x0, y0, x1, y1) != (0, 0, *resolution):
-            # What of the margin lies in the frame belongs to the grid; another margin lies around it.
-            traced = np.pad(inside, reach)
-            inside, reaches = traced.copy(), grow(traced, reach)
-            reaches[2 * reach : height, 2 * reach : width] = False
-            y, x = np.ogrid[y0 - 2 * reach : y1 + 2 * reach, x0 - 2 * reach : x1 + 2 * reach]
-            reaches &= (x >= 0) & (x < resolution[0]) & (y >= 0) & (y < resolution[1])
-            traced |= reaches
-            window_part = slice(2 * reach, height), slice(2 * reach, width)
-        in_window = np.full(traced.shape, -1, np.int32)
-        in_window[window_part] = np.arange((y1 - y0) * (x1 - x0), dtype=np.int32).reshape(y1 - y0, x1 - x0)
-        place = np.flatnonzero(traced).astype(np.int32)
-        number = np.full(traced.size, -1, np.int32)
+        margin = 2 * reach  # the pixels just outside, and around them nothing
+        inner = slice(margin, margin + y1 - y0), slice(margin, margin + x1 - x0)
+        inside = np.zeros((y1 - y0 + 2 * margin, x1 - x0 + 2 * margin), bool)
+        inside[inner] = True if wanted is None else wanted
+        outside = grow(inside, reach)
+        outside[inner] = False
+        y, x = np.ogrid[y0 - margin : y1 + margin, x0 - margin : x1 + margin]
+        outside &= (x >= 0) & (x < resolution[0]) & (y >= 0) & (y < resolution[1])
+        in_window = np.full(inside.shape, -1, np.int32)
+        in_window[inner] = np.arange((y1 - y0) * (x1 - x0), dtype=np.int32).reshape(y1 - y0, x1 - x0)
+        place = np.flatnonzero(inside | outside).astype(np.int32)
+        number = np.full(inside.size, -1, np.int32)
         number[place] = np.arange(len(place), dtype=np.int32)
-        margin = window_part[0].start
-        return cls((x0 - margin, y0 - margin), traced.shape, place, number, in_window.reshape(-1)[place])
+        return cls((x0 - margin, y0 - margin), inside.shape, place, number, in_window.reshape(-1)[place])
 
     def __len__(self) -> int:
         return len(self.place)

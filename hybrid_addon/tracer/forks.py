@@ -37,11 +37,11 @@ FEWEST = 2
 WORTH_IT = 1 << 17
 """Camera rays, below which starting processes, some milliseconds each, and copying what they touch cost too much."""
 
-RECORD = 8  # bytes of a chunk's number; far below PIPE_BUF, so whole records are read and written
+RECORD = 8  # bytes of a portion's number; far below PIPE_BUF, so whole records are read and written
 LONGEST_LINE = getattr(select, "PIPE_BUF", 512)  # bytes that are written at once, whoever else writes
 
 Work = Callable[[int], tuple[Tally, bool]]
-"""Does the chunk of this number: what was counted, and whether it came to its end."""
+"""Does the portion of this number: what was counted, and whether it came to its end."""
 
 
 def shared_zeros(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray:
@@ -55,9 +55,9 @@ class ForkKilled(RuntimeError):
 
 
 class Forks:
-    """Processes that do chunks; to be used in a `with`, at whose end none is left.
+    """Processes that do portions; to be used in a `with`, at whose end none is left.
 
-    number : of processes.   work : what each does with a chunk's number, on what it had at the fork.
+    number : of processes.   work : what each does with a portion's number, on what it had at the fork.
     """
 
     def __init__(self, number: int, work: Work) -> None:
@@ -104,10 +104,10 @@ class Forks:
                 "fewer Threads need less"
             )
 
-    def give(self, chunk: int) -> None:
-        """Ask for a chunk."""
+    def give(self, portion: int) -> None:
+        """Ask for a portion."""
         with contextlib.suppress(BrokenPipeError):  # all processes are gone: `answers` tells
-            os.write(self._jobs, chunk.to_bytes(RECORD, "little"))
+            os.write(self._jobs, portion.to_bytes(RECORD, "little"))
 
     def no_more(self) -> None:
         """The processes end when they have done what was asked for."""
@@ -116,7 +116,7 @@ class Forks:
             self._jobs = -1
 
     def answers(self, patience: float) -> list[tuple[int, Tally, bool]] | None:
-        """Chunks that were done, waiting for up to `patience` seconds; None: all processes have ended."""
+        """Portions that were done, waiting for up to `patience` seconds; None: all processes have ended."""
         if not select.select([self._answers], [], [], patience)[0]:
             return []
         text = os.read(self._answers, 1 << 16)
@@ -127,13 +127,13 @@ class Forks:
 
 
 def _serve(jobs: int, answers: int, work: Work) -> None:
-    """A child's whole life. A chunk that fails is not answered: the parent does it again, and fails as it should."""
+    """A child's whole life. A portion that fails is not answered: the parent does it again, and fails as it should."""
     code = 1
     try:
         while len(job := os.read(jobs, RECORD)) == RECORD:
-            chunk = int.from_bytes(job, "little")
-            tally, done = work(chunk)
-            counted = [chunk, done, tally.counts, tally.wall, tally.cpu]
+            portion = int.from_bytes(job, "little")
+            tally, done = work(portion)
+            counted = [portion, done, tally.counts, tally.wall, tally.cpu]
             line = json.dumps(counted, separators=(",", ":")).encode() + b"\n"
             if len(line) > LONGEST_LINE:
                 break
@@ -144,9 +144,9 @@ def _serve(jobs: int, answers: int, work: Work) -> None:
 
 
 def _answer(line: bytes) -> tuple[int, Tally, bool]:
-    chunk, done, counts, wall, cpu = json.loads(line)
+    portion, done, counts, wall, cpu = json.loads(line)
     tally = Tally()
     tally.counts.update(counts)
     tally.wall.update(wall)
     tally.cpu.update(cpu)
-    return chunk, tally, done
+    return portion, tally, done

@@ -104,7 +104,7 @@ class Passes:
         progress: tuple[float, float],
         deadline: float = math.inf,
     ) -> bool:
-        """Work through pixels in chunks; whether all were done before the deadline, on time.perf_counter's clock.
+        """Work through pixels in portions; whether all were done before the deadline, on time.perf_counter's clock.
 
         progress : the fractions done before and after this pass.
         """
@@ -127,23 +127,23 @@ class Passes:
             left, in_time = _over_processes(min(threads, len(portions)), trace, len(portions), self.tally.merge, watch)
         return self._over_threads(threads, trace, left, self.tally.merge, watch) and in_time
 
-    def _over_threads(self, threads: int, trace: Work, chunks: list[int], finished: Finished, watch: Watch) -> bool:
-        """Do chunks; whether all came to their end in time."""
-        in_time, waiting = True, iter(chunks)
+    def _over_threads(self, threads: int, trace: Work, portions: list[int], finished: Finished, watch: Watch) -> bool:
+        """Do portions; whether all came to their end in time."""
+        in_time, waiting = True, iter(portions)
         pending: set[Future[tuple[Tally, bool]]] = set()
         with ThreadPoolExecutor(threads, thread_name_prefix="hybrid-tracer") as pool:
             try:
-                # A short queue: cancelling must not wait for chunks that nobody has begun.
+                # A short queue: cancelling must not wait for portions that nobody has begun.
                 while True:
-                    while in_time and len(pending) < 2 * threads and (chunk := next(waiting, None)) is not None:
-                        pending.add(pool.submit(trace, chunk))
+                    while in_time and len(pending) < 2 * threads and (portion := next(waiting, None)) is not None:
+                        pending.add(pool.submit(trace, portion))
                     if not pending:
                         return in_time
                     complete, pending = wait(pending, POLL_SECONDS, FIRST_COMPLETED)
                     for future in complete:
-                        tally, complete_chunk = future.result()
+                        tally, ended = future.result()
                         finished(tally)
-                        in_time &= complete_chunk
+                        in_time &= ended
                     watch()
             except BaseException:
                 self.stop.set()
@@ -170,33 +170,22 @@ class Passes:
             if time.perf_counter() > deadline:
                 raise _TooLate
 
-        try:
-            check()
-            self._trace(pixels, work, totals, tally, check, begun)
-        except _TooLate:
-            return tally, False
-        return tally, True
-
-    def _trace(
-        self,
-        pixels: Pixels,
-        work: Pass,
-        totals: Totals,
-        tally: Tally,
-        check: Callable[[], None],
-        begun: NDArray[np.int64],
-    ) -> None:
+        settings = self.settings
         with tally.phase("shade"), np.errstate(all="ignore"):
-            n, settings = len(pixels) * work.count, self.settings
             sampler = Sampler(pixel_keys(*self.grid.at(pixels), settings.seed), work.first, work.count)
             sums = Sums.zeros(len(pixels), work.count, settings.cutoff, wanted_parts(settings), settings.max_depth)
             if work.signed and self.identity is not None:
-                importance = np.float32(settings.adaptive)
-                sums.signatures = Signatures(np.zeros(n, np.uint32), self.identity, importance)
+                nothing = np.zeros(len(pixels) * work.count, np.uint32)
+                sums.signatures = Signatures(nothing, self.identity, np.float32(settings.adaptive))
             blocks = self._blocks(pixels, work, sampler, tally, begun)
             draws = sampler if self.scene.plan.draws else None
-            trace_rays(self.scene, blocks, work.seen, sums, tally, check, sampler=draws)
+            try:
+                check()
+                trace_rays(self.scene, blocks, work.seen, sums, tally, check, sampler=draws)
+            except _TooLate:
+                return tally, False
             totals.add(pixels, sums, work.first)
+        return tally, True
 
     def _blocks(
         self, pixels: Pixels, work: Pass, sampler: Sampler, tally: Tally, begun: NDArray[np.int64]
@@ -234,22 +223,24 @@ def _portions(pixels: Pixels, count: int, threads: int, longest: int) -> list[Pi
     return [pixels[portion == k] for k in range(number)]
 
 
-def _over_processes(number: int, trace: Work, chunks: int, finished: Finished, watch: Watch) -> tuple[list[int], bool]:
-    """Do chunks in forked processes: which are left, because they failed; and whether the others were in time."""
-    given, left, in_time = 0, set(range(chunks)), True
+def _over_processes(
+    number: int, trace: Work, portions: int, finished: Finished, watch: Watch
+) -> tuple[list[int], bool]:
+    """Do portions in forked processes: which are left, because they failed; and whether the others were in time."""
+    given, left, in_time = 0, set(range(portions)), True
     with Forks(number, trace) as processes:
         while True:
-            while in_time and given < chunks and given - (chunks - len(left)) < 2 * number:
+            while in_time and given < portions and given - (portions - len(left)) < 2 * number:
                 processes.give(given)
                 given += 1
-            if given == chunks or not in_time:
+            if given == portions or not in_time:
                 processes.no_more()
             answers = processes.answers(POLL_SECONDS)
             if answers is None:
                 processes.check()
                 return sorted(left), in_time
-            for chunk, tally, complete in answers:
-                left.discard(chunk)
+            for portion, tally, complete in answers:
+                left.discard(portion)
                 finished(tally)
                 in_time &= complete
             watch()

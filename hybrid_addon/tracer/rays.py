@@ -21,7 +21,7 @@ class Rays:
     origin, direction : (3, n) float32; these float32 values *are* the ray. direction is unit length; those of camera
                         rays of a very wide lens are float64, and refine what the rounded ray hits.
     throughput        : (3, n) float32, what one unit of radiance found by this ray adds to its sample, per channel.
-    sample            : (n,) intp, the sample it adds to, as a number within the chunk.
+    sample            : (n,) intp, the sample it adds to, as a number within the portion.
     depth             : (n,) int16, bounces so far.
     passes            : (n,) int16, index-matched surfaces passed unbent so far; they do not count as bounces.
     t_max             : (n,) float32, camera clip end for camera rays, else inf.
@@ -61,7 +61,7 @@ FIELDS = (
 
 
 def concatenate(waves: list[Rays]) -> Rays:
-    """One wave out of several, in order: a sample's rays keep their order whatever else is in the chunk."""
+    """One wave out of several, in order: a sample's rays keep their order whatever else is in the wave."""
     waves = [w for w in waves if len(w)] or waves[:1]
     if len(waves) == 1:
         return waves[0]

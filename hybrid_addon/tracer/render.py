@@ -190,13 +190,13 @@ class _Frame:
                 negative = int(np.count_nonzero((light < 0).any(axis=0)))
             light[:, failed] = np.array(FAILED_PIXEL)[:, None]
             lost[failed] = 1
-            covered[uncovered[band]] = 0
             place = self.grid.window[band]
+            known[place] = covered > 0 if self.must_fill else self.total.samples[band] > 0
+            covered[uncovered[band]] = 0
             radiance[place], residual[place], coverage[place] = light.T, lost, covered
             for name, part in light_passes.items():
                 parts[name][place] = part.T
             wanted[place] = True
-            known[place] = self.total.seen(band) if self.must_fill else self.total.samples[band] > 0
             return int(np.count_nonzero(failed)), negative
 
         with ThreadPoolExecutor(self.settings.threads or None) as pool:

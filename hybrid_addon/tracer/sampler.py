@@ -1,6 +1,6 @@
 """Where samples fall: one low-discrepancy sequence for the film and the lights.
 
-A point of the unit square is a pure function of (seed, absolute pixel, sample, dimension): chunks and threads do not
+A point of the unit square is a pure function of (seed, absolute pixel, sample, dimension): portions and threads do not
 matter. All dimensions use the R2 sequence (Roberts 2018), shifted by a hash of the pixel and the dimension (Cranley &
 Patterson 1976). But for the film's, each takes it in an order of its own, or light samples would follow film samples
 around: by an Owen permutation of the sample's number (Laine & Karras 2011; Burley 2020), which maps each block of 2^k
@@ -91,7 +91,7 @@ class Draws:
 
 @dataclass(frozen=True, eq=False)
 class Sampler:
-    """The random numbers of a chunk: samples first .. first + count - 1 of pixels, pixel by pixel.
+    """The random numbers of a portion: samples first .. first + count - 1 of pixels, pixel by pixel.
 
     pixels : (m,) uint32, see `pixel_keys`.
     """
@@ -101,7 +101,7 @@ class Sampler:
     count: int
 
     def draws(self, sample: NDArray[np.intp], path: UInt32) -> Draws:
-        """Of rays (n,) that belong to samples (n,) of the chunk and came on paths (1, n)."""
+        """Of rays (n,) that belong to samples (n,) of the portion and came on paths (1, n)."""
         key = self.pixels.take(sample // self.count) ^ hash32(path[0])
         return Draws(hash32(key), (self.first + sample % self.count).astype(np.uint32))
 

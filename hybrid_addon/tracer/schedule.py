@@ -41,7 +41,6 @@ class Schedule:
         self.began, self.deadline = time.perf_counter(), deadline
         self.adaptive = is_adaptive(scene)
         self.done = 0.0
-        self.audited = np.zeros(len(self.pixels), bool)
         self.skipped: Counter[tuple[str, str]] = Counter()
         self.sampling: dict[str, object] = {}
 
@@ -118,9 +117,8 @@ class Schedule:
         """The pixels that take more samples: those that need them, and some of the others as a check."""
         needs = choose if taken == FIRST_SAMPLES else unsettled
         needed = needs(self.totals, pixels, self.weight, self.settings.adaptive)
-        needed |= self.audited[pixels]
+        needed |= audit.going_on[pixels]
         kept = audit.keep(self.totals, pixels[~needed])
-        self.audited[kept] = True
         left = np.union1d(pixels[needed], kept)
         even = (len(pixels) - len(left)) * (self.settings.samples - taken)
         self._skip("samples", "their pixels are even (adaptive)", even)

@@ -1,4 +1,4 @@
-"""What the samples of a chunk add up to, and how much of its error budget each of them has spent.
+"""What the samples of a portion add up to, and how much of its error budget each of them has spent.
 
 Contributions are float32 and sums float64: they are exact, in any order, as long as what counts lies within 2^29 of the
 largest.
@@ -60,9 +60,10 @@ class Sums:
     depth: int = 0
 
     def __post_init__(self) -> None:
-        """Working space: zeros between calls."""
+        """What follows from the others, and working space."""
         self.generation = np.zeros(len(self.seen), np.int16)
-        self._counts = np.zeros(len(self.seen), np.int64)
+        self._released = np.array([self.limit * (k + 1) // (self.depth + 1) for k in range(self.depth + 1)], np.int64)
+        self._counts = np.zeros(len(self.seen), np.int64)  # zeros between calls
 
     @classmethod
     def zeros(cls, m: int, count: int = 1, cutoff: float = 0.0, parts: Iterable[str] = (), depth: int = 0) -> Sums:
@@ -95,8 +96,7 @@ class Sums:
         Spent at once it would go to the first small branches, and nothing would be left to prune the many, tinier ones
         that grow from the others.
         """
-        released = [self.limit * (number + 1) // (self.depth + 1) for number in range(self.depth + 1)]
-        return np.array(released).take(self.generation.take(sample), mode="clip")
+        return self._released.take(self.generation.take(sample), mode="clip")
 
     def add_radiance(self, sample: Numbers, contribution: Float32, branch: NDArray[np.uint8] | None = None) -> None:
         """Add (3, n) to samples (n,), one after the other, in the order of the arrays.
@@ -134,7 +134,7 @@ class Sums:
     def cuttable(self, sample: Numbers, weight: Float32) -> NDArray[np.bool_]:
         """Which branches of weight (n,) of samples (n,) the budgets allow to be cut: the smallest of a sample first.
 
-        Sums are of integers, hence exact: what else is in the chunk cannot change the answer.
+        Sums are of integers, hence exact: what else is in the wave cannot change the answer.
         """
         result = np.zeros(len(weight), bool)
         if self.spent is None:

@@ -177,12 +177,12 @@ class Totals:
 
     def mean(self, pixels: Pixels) -> Float32:
         """(3, m) radiance of pixels: the filtered mean over the samples that count; 0 where none does."""
-        result = np.empty((3, len(pixels)), np.float32)
-        for start in range(0, len(pixels), BAND):
-            band = slice(start, start + BAND)
-            sums = self._gathered(pixels[band], OWN)
-            result[:, band] = _quotient(sums[RADIANCE], sums[SEEN])
-        return result
+
+        def mean(band: Pixels) -> Float32:
+            sums = self._gathered(band, OWN)
+            return _quotient(sums[RADIANCE], sums[SEEN])
+
+        return _in_bands(mean, pixels)
 
     def own_mean(self, pixels: Pixels) -> Float32:
         """The same of the pixels' own samples alone."""
@@ -205,24 +205,19 @@ class Totals:
     def seen(self, pixels: Pixels) -> Bools:
         """Whether any sample counts for pixels (m,)."""
         rows = slice(SEEN, SEEN + 1)
-        bands = [self._gathered(pixels[start : start + BAND], rows)[0] > 0 for start in range(0, len(pixels), BAND)]
-        return np.concatenate(bands) if bands else np.zeros(0, bool)
+        return _in_bands(lambda band: self._gathered(band, rows)[0] > 0, pixels)
 
     def variance_of_mean(self, pixels: Pixels) -> Float32:
-        """Squared error (m,) to expect of their means; NaN where unknown."""
-        result, shares = np.empty(len(pixels), np.float32), self.filter.shares()
-        for start in range(0, len(pixels), BAND):
-            band = pixels[start : start + BAND]
-            total, known = np.zeros(len(band)), np.zeros(len(band))
-            for share, offset in zip(shares, self.filter.offsets, strict=True):
-                source = self.grid.neighbours(band, offset)
-                variance = np.where(source >= 0, self.variance[source], np.float32(np.nan))
-                there = np.isfinite(variance)
-                total[there] += share**2 * variance[there]
-                known[there] += share
-            with np.errstate(all="ignore"):
-                result[start : start + BAND] = total / known**2
-        return result
+        """Squared error (m,) to expect of the means of some pixels (m,); NaN where unknown."""
+        total, known = np.zeros(len(pixels)), np.zeros(len(pixels))
+        for share, offset in zip(self.filter.shares(), self.filter.offsets, strict=True):
+            source = self.grid.neighbours(pixels, offset)
+            variance = np.where(source >= 0, self.variance[source], np.float32(np.nan))
+            there = np.isfinite(variance)
+            total[there] += share**2 * variance[there]
+            known[there] += share
+        with np.errstate(all="ignore"):
+            return np.asarray((total / known**2).astype(np.float32))
 
     def _gathered(self, pixels: Pixels, rows: slice) -> Float64:
         """(c, m): what pixels get from themselves and from those around them, each weighed by its number of samples."""
@@ -249,6 +244,11 @@ class Totals:
         source = pixels if offset == (0, 0) else self.grid.neighbours(pixels, offset)
         taken = self.samples[source]
         return source, ((source >= 0) & (taken > 0)) / np.maximum(taken, 1)
+
+
+def _in_bands(work: Callable[[Pixels], NDArray[Any]], pixels: Pixels) -> NDArray[Any]:
+    """What `work` gives of pixels (m,), (..., m): some of them after the others, or it would need much memory."""
+    return np.concatenate([work(pixels[i : i + BAND]) for i in range(0, max(len(pixels), 1), BAND)], axis=-1)
 
 
 def _as_slice(pixels: Pixels) -> Pixels | slice:

@@ -48,7 +48,7 @@ def trace_rays(
 
     blocks     : of camera rays, each of other samples; one is begun when fewer rays than half of it are left of others.
     first_seen : what camera rays can hit first.   check : called once a wave; raises to stop.   watch : see `Watch`.
-    sampler    : of the chunk; None: lights are seen from their centres, so shadows are hard.
+    sampler    : of the portion; None: lights are seen from their centres, so shadows are hard.
     """
     coming, size = iter(blocks), 0
     waiting: list[Rays] = []

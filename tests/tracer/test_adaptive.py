@@ -95,8 +95,9 @@ def test_what_a_signature_tells_apart(build, what, needed):
     film = trace(s, replace(FULL, adaptive=0.2, passes=frozenset({"samples"})))
     more = film.passes["samples"] >= 8
     assert (more.mean(axis=0) == 1).any() == needed
-    if needed:  # the columns beside the edge, not the others
-        assert more[:, 2:6].sum() == more.sum() - (film.passes["samples"][:, [0, 1, 6, 7]] == 32).sum() <= 8 * 4
+    far = film.passes["samples"][:, [0, 1, 6, 7]]
+    assert ((far == 2) | (far == 32)).all()  # two, or all: the audit's
+    assert (far == 2).mean() > 0.8
 
 
 @pytest.mark.parametrize(("threads", "chunk"), [(1, 64), (2, 1000)])
