@@ -11,6 +11,7 @@ import os
 import platform
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import bpy
@@ -113,7 +114,7 @@ def trace_frame(
 ) -> tuple[results.Frame, Film]:
     """Read the mask, translate, trace, premultiply: everything between EEVEE and the compositor."""
     from ..compositor import light_up, premultiply, shade
-    from ..tracer import Cancelled, trace
+    from ..tracer import trace
     from .sync import translate
 
     timing = {"raster": results.since_start(scene.name)}
@@ -125,7 +126,9 @@ def trace_frame(
     if again is not None:
         drawn, mask, depth, albedo = again.raster, again.mask, again.depth, again.albedo
     elif mode != "FULL":
-        drawn, mask, depth, albedo = _stage(progress, "Reading EEVEE's picture", raster.read, scene, window)
+        reading = "Reading EEVEE's picture"
+        going_on = partial(_going_on, progress, reading)
+        drawn, mask, depth, albedo = _stage(progress, reading, raster.read, scene, window, going_on)
         held = retrace.hold(scene, window, drawn, mask, depth, albedo)
     timing["mask read"] = clock.read()
 
@@ -144,8 +147,7 @@ def trace_frame(
         )
 
     settings = tracer_settings(scene)
-    if not progress("Building", 0.0):
-        raise Cancelled
+    _going_on(progress, "Building")
     deadline = results.deadline(scene.name, scene.hybrid.time_budget, (window[2] - window[0]) * (window[3] - window[1]))
     film = trace(traced_scene, settings, mask, lambda fraction: progress("Tracing", fraction), deadline, left.trees)
     results.sampled(scene.name, film.time["develop"]["wall"])
@@ -284,11 +286,16 @@ def versions() -> dict[str, str]:
 
 
 def _stage(progress: Progress, phase: str, work: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    _going_on(progress, phase)
+    return work(*args, **kwargs)
+
+
+def _going_on(progress: Progress, phase: str) -> None:
+    """Say what is done now; raises Cancelled if it is no longer wanted."""
     from ..tracer import Cancelled
 
     if not progress(phase, 0.0):
         raise Cancelled
-    return work(*args, **kwargs)
 
 
 def border(scene: bpy.types.Scene, resolution: tuple[int, int]) -> Window:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from ..scene import Float32
-from . import files, pipeline
+from . import files, main_thread, pipeline
 from .errors import HybridError
 
 _CHANNELS = "RGBA"
@@ -19,17 +19,22 @@ RENDER_RESULT = "Render Result"
 EMPTY_MARK = "hybrid_empty"  # custom property on a scene that is rendered for nothing
 
 
-def read_render_result(scene: bpy.types.Scene) -> dict[str, Float32]:
+def read_render_result(scene: bpy.types.Scene, check: Callable[[], None] | None = None) -> dict[str, Float32]:
     """All passes of the scene's finished render as "Layer.Pass" -> (h, w, channels) float32, bottom row first.
 
     Goes through a multilayer EXR in Blender's temporary folder: the only way that works while the compositor's other
     scenes are still rendering, in the background and in a window. The user's image settings come back unchanged.
+    check : is called while the main thread is waited for; raises if nobody wants the passes any more.
     """
     if RENDER_RESULT not in bpy.data.images:
         raise HybridError("Blender keeps no render result in this file: render once with F12 and save it")
-    with files.scratch() as name:
+
+    def save() -> None:
         with _multilayer(scene):
             _save_render(name, scene)
+
+    with files.scratch() as name:
+        main_thread.call(save, check)
         return read_exr(name)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import bpy
 import numpy as np
 
@@ -15,12 +17,14 @@ ALBEDO = ("Diffuse Color", "DiffCol")
 """Names of EEVEE's pass in 5.x and 4.5."""
 
 
-def read(scene: bpy.types.Scene, window: Window) -> tuple[Float32, Float32, Float32 | None, Float32 | None]:
+def read(
+    scene: bpy.types.Scene, window: Window, check: Callable[[], None]
+) -> tuple[Float32, Float32, Float32 | None, Float32 | None]:
     """EEVEE's picture without the flagged objects (h, w, 4), their coverage (h, w) and, if they were asked for, the
     depth (h, w) and the diffuse colour (h, w, 3), black where these are, of that picture; all over the window."""
     from ..compositor import mask_from_alpha
 
-    planes = images.read_render_result(scene)
+    planes = images.read_render_result(scene, check)
     mask_layer = pipeline.mask_layer(scene)
     if mask_layer is None:
         raise HybridError(f"scene '{scene.name}' has no mask view layer: switch Hybrid off and on again")

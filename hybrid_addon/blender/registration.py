@@ -13,6 +13,7 @@ from . import (
     handlers,
     insets,
     keep,
+    main_thread,
     operators,
     picker,
     pipeline,
@@ -44,6 +45,7 @@ def register() -> None:
         bpy.utils.register_class(cls)
     translations.register()
     handlers.register()
+    main_thread.register()
     preview.register()
     ui.register()
     cli.register()
@@ -68,6 +70,7 @@ def unregister() -> None:
     keep.forget()
     retrace.forget()
     preview.unregister()
+    main_thread.unregister()
     handlers.unregister()
     translations.unregister()
     for cls in reversed(_CLASSES):

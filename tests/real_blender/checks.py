@@ -30,9 +30,6 @@ XVFB_BLENDER = shlex.split(os.environ.get("XVFB_BLENDER", "xvfb-blender"))
 STEP = 1 / 255  # of an 8 bit picture
 START = 60  # seconds in which Blender prints its first line; xvfb-run, which may wait for its screen for ever, does not
 PATIENCE = 200  # seconds for one run of Blender
-# What `window.limit` ends with if no thread runs Python: rarely Blender waits for itself for ever, with a window on
-# software OpenGL. Seen once; thirty runs of the same check on the same machine did not repeat it.
-STANDS_STILL = "<no Python frame>"
 
 
 class Blender:
@@ -49,8 +46,6 @@ class Blender:
             returned, printed = self._run([*command, *map(str, arguments)])
             if returned == -signal.SIGKILL and not printed:
                 warnings.warn(f"{command[0]} did not start in {START} s: once more", stacklevel=2)
-            elif STANDS_STILL in printed and 'File "' not in printed:
-                warnings.warn(f"{command[0]} stood still outside of any Python: once more", stacklevel=2)
             else:
                 break
         assert returned == code, printed

@@ -8,6 +8,7 @@ screenshot PREFIX_window.png of both panels.
 
 import os
 import sys
+import threading
 import time
 from collections.abc import Iterator
 
@@ -19,13 +20,24 @@ import window as screen
 
 PREFIX = sys.argv[sys.argv.index("--") + 1]
 PATIENCE = 150  # seconds for each render
+savers = set()
+save_render = images._save_render
+
+
+def save(*arguments) -> None:
+    """Note who saves the picture: if not the thread that draws it, one of some renders stands still for ever."""
+    savers.add(threading.current_thread())
+    save_render(*arguments)
+
+
+images._save_render = save
 
 
 def steps() -> Iterator[float]:
     """One step after the other; each yields the seconds to wait."""
     scene, window = bpy.context.scene, bpy.context.window_manager.windows[0]
     scene.hybrid.enabled = True
-    scene.render.resolution_percentage = 50
+    scene.render.resolution_percentage = 800  # of a small picture: saving it takes a while, in which it is drawn
     scene.eevee.taa_render_samples = 2
     areas = sorted(window.screen.areas, key=lambda a: a.width * a.height)
     areas[-1].type = "IMAGE_EDITOR"
@@ -50,12 +62,13 @@ def steps() -> Iterator[float]:
     pipeline.flagged_objects(scene)[0].location.x += 0.1
     yield 1.0
     assert "press F12" in retrace.why_not(scene)
+    assert savers == {threading.main_thread()}, savers
     print("RETRACE: done", flush=True)
     os._exit(0)
 
 
 def job(name: str, start) -> Iterator[float]:
-    """Run a render as a job, the interface alive beside it, and save its picture."""
+    """Run a render as a job, the interface drawing it all the time beside it, and save its picture."""
     window, began = bpy.context.window_manager.windows[0], time.perf_counter()
     ended = []
     bpy.app.handlers.render_complete.append(lambda *_: ended.append(True))
@@ -65,7 +78,9 @@ def job(name: str, start) -> Iterator[float]:
     assert not ended, "it did not run beside the interface"
     while not ended or bpy.app.is_job_running("RENDER"):
         assert time.perf_counter() - began < PATIENCE, name
-        yield 0.1
+        for area in window.screen.areas:
+            area.tag_redraw()
+        yield 0.002
     print(f"RETRACE: {name} {time.perf_counter() - began:.1f} s", flush=True)
     images.write_render_result(f"{PREFIX}_{name}.exr", bpy.context.scene)
 

@@ -66,7 +66,8 @@ class Images:
         pixels = None if _lives_in_blender(b_image) else self._of_file(b_image, path)
         if pixels is not None:
             return pixels
-        raw = _read_blender_pixels(b_image)
+        # Blender's own pictures are locked while it draws them (main_thread.py), and EEVEE draws none of them.
+        raw = None if b_image.source == "VIEWER" else _read_blender_pixels(b_image)
         if raw is not None:
             return self._finished(
                 b_image, raw, premultiplied=_float_is_premultiplied(b_image), encoded=not b_image.is_float
