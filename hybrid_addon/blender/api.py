@@ -252,7 +252,6 @@ def _overridden(
     settings, b_render = scene.hybrid, scene.render
     before = {name: getattr(settings, name) for name in values}
     size = (b_render.resolution_x, b_render.resolution_y, b_render.resolution_percentage)
-    device = b_render.compositor_device
     frame_before, enabled = scene.frame_current, settings.enabled
     try:
         for name in before:
@@ -265,8 +264,6 @@ def _overridden(
         if resolution is not None:
             b_render.resolution_x, b_render.resolution_y = resolution
             b_render.resolution_percentage = 100
-        if opengl.missing():
-            b_render.compositor_device = "CPU"  # or the compositor crashes Blender in mode full, which needs no EEVEE
         if not enabled:
             pipeline.enable(scene)
         if frame is not None:
@@ -277,7 +274,6 @@ def _overridden(
         for name, value in before.items():
             setattr(settings, name, value)
         b_render.resolution_x, b_render.resolution_y, b_render.resolution_percentage = size
-        b_render.compositor_device = device
         if not enabled:
             pipeline.disable(scene)
         if frame is not None:

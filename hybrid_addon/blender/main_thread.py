@@ -3,8 +3,8 @@
 The image *Render Result* has two locks, which Blender 5.2 takes in two orders. Whoever wants its pixels takes the
 image's lock, then the result's, lets go of the first and keeps the second; when done he takes the first again, to let
 go of the second. Two threads that do so at once wait for each other for ever: a render engine that saves the picture,
-and the window that draws it. The main thread alone cannot. (`tests/real_blender/retrace.py` draws without a pause; while
-our engine saved the picture itself, that stood still within seconds.)
+and the window that draws it. The main thread alone cannot. (`tests/real_blender/retrace.py` draws without a pause:
+while our engine saved the picture itself, one of a few runs stood still.)
 """
 
 from __future__ import annotations

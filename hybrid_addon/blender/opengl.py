@@ -1,4 +1,4 @@
-"""Is there an OpenGL for EEVEE? Asked before a headless render, because Blender crashes without one."""
+"""Is there an OpenGL for EEVEE, and a graphics card behind it? Asked before a headless render, which may crash else."""
 
 from __future__ import annotations
 
@@ -32,16 +32,25 @@ def missing() -> str:
         return ""
     if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
         return ""
-    return _egl_problem()
+    return _egl()[0]
+
+
+def draws_on_processor() -> bool:
+    """Whether a headless Blender has no OpenGL, or Mesa's on the processor."""
+    return sys.platform.startswith("linux") and (bool(missing()) or "swrast" in _egl()[1])
 
 
 @functools.cache
-def _egl_problem() -> str:
-    """What keeps EGL from giving a headless OpenGL context; "" if nothing does. The display stays open for Blender."""
+def _egl() -> tuple[str, str]:
+    """What keeps EGL from giving a headless OpenGL context, "" if nothing does; and the driver's name, "" if unknown.
+
+    The display stays open for Blender.
+    """
     try:
         egl = ctypes.CDLL("libEGL.so.1")
     except OSError:
-        return "libEGL.so.1 is not installed"
+        return "libEGL.so.1 is not installed", ""
+    egl.eglGetProcAddress.restype = ctypes.c_void_p
     egl.eglGetPlatformDisplay.restype = ctypes.c_void_p
     egl.eglGetPlatformDisplay.argtypes = [ctypes.c_uint, ctypes.c_void_p, ctypes.c_void_p]
     egl.eglGetDisplay.restype = ctypes.c_void_p
@@ -49,8 +58,11 @@ def _egl_problem() -> str:
     egl.eglInitialize.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
     # A driver answers for the default display (NVIDIA) or, with no screen at all, for Mesa's surfaceless platform.
     displays = (egl.eglGetDisplay(None), egl.eglGetPlatformDisplay(_EGL_PLATFORM_SURFACELESS_MESA, None, None))
-    if not any(display and egl.eglInitialize(display, None, None) for display in displays):
-        return "EGL finds no driver"
+    display = next((d for d in displays if d and egl.eglInitialize(d, None, None)), None)
+    if display is None:
+        return "EGL finds no driver", ""
     if not egl.eglBindAPI(_EGL_OPENGL_API):
-        return "the EGL driver has no OpenGL"
-    return ""
+        return "the EGL driver has no OpenGL", ""
+    address = egl.eglGetProcAddress(b"eglGetDisplayDriverName")  # EGL_MESA_query_driver
+    name = ctypes.CFUNCTYPE(ctypes.c_char_p, ctypes.c_void_p)(address)(display) if address else None
+    return "", (name or b"").decode(errors="replace")

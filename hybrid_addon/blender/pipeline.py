@@ -17,7 +17,7 @@ from contextlib import contextmanager
 
 import bpy
 
-from . import nodes
+from . import nodes, opengl
 from .errors import HybridError
 from .flags import Flags
 from .layers import SOURCE_MARK, mask_layer, set_, source_layer, sync_mask_layer
@@ -209,6 +209,7 @@ def sync(scene: bpy.types.Scene) -> None:
         mask = sync_mask_layer(scene, source, collection, depth=needs_raster(scene), albedo=needs_albedo(scene))
         trace = _sync_trace_scene(scene)
         nodes.sync(scene, source, mask, trace, "RETRACE" if scene.name in retraced else mode, restore)
+        _sync_compositor(scene, restore)
         set_(mask, "use", mode == "HYBRID")
         set_(source, "use", nodes.needs_source(scene, source, mode) or mode == "FULL")
         restore.save()
@@ -282,6 +283,17 @@ def _sync_trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene:
     for name in ("fps", "fps_base"):  # geometry nodes that ask for seconds get those of the scene that is rendered
         set_(trace.render, name, getattr(scene.render, name))
     return trace
+
+
+def _sync_compositor(scene: bpy.types.Scene, restore: Restore) -> None:
+    """Without a window, have the processor composite where that of the graphics card may end Blender.
+
+    On Mesa's software OpenGL it does so in one of some hundred pictures: a shader that has been freed is taken for a
+    new one at its address, and not bound (Mesa 22.3, llvmpipe). Without any OpenGL, in mode Full, it does so at once.
+    """
+    if bpy.app.background and opengl.draws_on_processor():
+        restore.remember("compositor_device", scene.render.compositor_device)
+        set_(scene.render, "compositor_device", "CPU")
 
 
 def _marker_camera(scene: bpy.types.Scene) -> bpy.types.Object | None:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from typing import Any
 
 import bpy
+
+OF_RENDER = ("use_single_layer", "compositor_device")
+"""Plain values of `Scene.render`."""
 
 
 class Restore:
@@ -23,6 +27,13 @@ class Restore:
         """The user's value, or the default."""
         return self._values.get(name, default)
 
+    def put_back(self, *names: str) -> None:
+        """Give `Scene.render` the user's values of these again, and forget them."""
+        for name in names:
+            if name in self._values:
+                with contextlib.suppress(TypeError):  # not one that it can have: somebody else wrote it
+                    setattr(self._scene.render, name, self._values.pop(name))
+
     def forget(self, *names: str) -> None:
         """Let what the pipeline made of these stand."""
         for name in names:
@@ -36,8 +47,7 @@ class Restore:
 
     def clear(self) -> None:
         """Put the settings back that are plain values of the scene, and forget everything."""
-        if "use_single_layer" in self._values:
-            self._scene.render.use_single_layer = bool(self._values["use_single_layer"])
+        self.put_back(*OF_RENDER)
         self._values = {}
         self._scene.hybrid.property_unset("restore")
 

@@ -44,7 +44,6 @@ class Held:
 
 _held: dict[str, Held] = {}  # by the scene's name
 _snapshots: dict[str, Snapshot] = {}  # of renders that have begun
-_devices: dict[str, str] = {}  # that composite the scenes that are retraced, before and after
 
 
 # ------------------------------------------------------------------------------------------------ the render tells
@@ -176,18 +175,11 @@ def frame_of(scene: bpy.types.Scene) -> int | None:
 
 
 def begin(scene: bpy.types.Scene) -> None:
-    """Let the scene's next render be a retrace, until `end`. Raises HybridError with the reason if it cannot be.
-
-    Without a window the processor composites it: what the graphics card's compositor has made without EEVEE beside it
-    crashes Blender 5.2 in the next render with EEVEE.
-    """
+    """Let the scene's next render be a retrace, until `end`. Raises HybridError with the reason if it cannot be."""
     reason = why_not(scene, thorough=True)
     if reason:
         raise HybridError(f"cannot retrace: {reason}")
     pipeline.retraced.add(scene.name)
-    if bpy.app.background:
-        _devices[scene.name] = scene.render.compositor_device
-        scene.render.compositor_device = "CPU"
     pipeline.sync(scene)
 
 
@@ -196,8 +188,6 @@ def end(name: str) -> None:
     pipeline.retraced.discard(name)
     scene = bpy.data.scenes.get(name)
     if scene is not None:
-        if name in _devices:
-            scene.render.compositor_device = _devices.pop(name)
         pipeline.sync(scene)
         if results.errors.get(name):
             _held.pop(name, None)

@@ -6,7 +6,7 @@ import bpy
 import pytest
 
 from hybrid_addon import HybridError, disable, enable, mark, unmark
-from hybrid_addon.blender import nodes, pipeline
+from hybrid_addon.blender import nodes, opengl, pipeline
 
 pytestmark = pytest.mark.blender
 NEW_API = bpy.app.version >= (5, 0)
@@ -25,7 +25,8 @@ def snapshot(scene):
         "nodes": sorted((n.name, n.mute, sorted(n.keys())) for n in tree.nodes) if tree else None,
         "links": links(tree),
         "use_nodes": NEW_API or scene.use_nodes,
-        "render": (scene.render.use_compositing, scene.render.use_single_layer, scene.render.engine),
+        "render": (scene.render.use_compositing, scene.render.use_single_layer, scene.render.compositor_device),
+        "engine": scene.render.engine,
         "restore": scene.hybrid.restore,
         "worlds": len(bpy.data.worlds),
         "excluded": [
@@ -73,6 +74,19 @@ def test_disable_restores_the_file(scene, compositor):
     assert pipeline.mask_layer(scene) is not None
     disable(scene)
     assert snapshot(scene) == before
+
+
+def test_software_opengl_does_not_composite(scene, monkeypatch):
+    """One of some hundred pictures ended Blender there; a graphics card keeps the user's choice."""
+    scene.render.compositor_device = "GPU"
+    monkeypatch.setattr(opengl, "draws_on_processor", lambda: False)
+    enable(scene)
+    assert scene.render.compositor_device == "GPU"
+    monkeypatch.setattr(opengl, "draws_on_processor", lambda: True)
+    pipeline.sync(scene)
+    assert scene.render.compositor_device == "CPU"
+    disable(scene)
+    assert scene.render.compositor_device == "GPU"
 
 
 def test_sync_writes_nothing_the_second_time(scene):

@@ -18,7 +18,6 @@ pytestmark = pytest.mark.blender
 def hybrid(scene):
     """The factory scene with a glass cube on a floor; 48 x 32 pixels."""
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 48, 32, 100
-    scene.render.compositor_device = "CPU"  # software OpenGL's compositor crashes 5.2 after some files
     scene.eevee.taa_render_samples = 2
     scene.hybrid.samples = 2
     bpy.ops.mesh.primitive_plane_add(size=12, location=(0, 0, -1))

@@ -27,8 +27,6 @@ def open_scene(name: str, size: Size) -> bpy.types.Scene:
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
-    if opengl.missing():
-        scene.render.compositor_device = "CPU"
     hybrid.enable(scene)
     return scene
 
