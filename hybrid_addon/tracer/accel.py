@@ -5,6 +5,7 @@ embreex (4.4) has sharp edges, and all of them end here:
 * it does not check triangle indices, and loses vertices that are not finite: `TriangleScene` gets checked ones only;
 * it overwrites the array of distances: a copy goes in;
 * OCCLUDED answers 0 for a hit and -1 for none, INTERSECT the primitive or -1;
+* it reads vertices and indices one by one as Python objects: an array of such is read in a third of the time;
 * a mesh added after the first query is ignored unless `is_committed` is reset: all geometry is one mesh, built at once;
 * a NaN, infinite or zero ray visits the whole tree (600 times slower): such rays are masked out and counted.
 """
@@ -25,6 +26,9 @@ from .constants import MISS
 from .vectors import Array
 
 UNLIMITED = np.float32(np.inf)
+
+READ_AS_OBJECTS = 1 << 20
+"""Triangles up to which they are handed over as Python objects: a passing 150 MB then."""
 
 
 def embree_version() -> str:
@@ -49,7 +53,9 @@ class TriangleScene:
         if self.size == 0:
             return
         self._scene = rtcore_scene.EmbreeScene(robust=True)
-        self._mesh = EmbreeMesh(self._scene, np.ascontiguousarray(vertices), np.ascontiguousarray(triangles))
+        handed = (a.astype(object) if self.size <= READ_AS_OBJECTS else np.ascontiguousarray(a)
+                  for a in (vertices, triangles))  # fmt: skip
+        self._mesh = EmbreeMesh(self._scene, *handed)
         self._commit()
 
     def _commit(self) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..scene import Float32, Float64, Instance, Int32, Plane, Scene, Sphere, TriangleMesh
 from .constants import EMBREE_LIMIT
 from .soup import facets_of
+from .vectors import cross
 
 Bools = NDArray[np.bool_]
 Layouts = Sequence[Mapping[str, tuple[int, int]]]
@@ -112,7 +113,7 @@ def _wound(indices: Int32, batch: Batch) -> Int32:
 def _handedness(matrices: Float64) -> Float64:
     """(k,) sign of the determinant: -1 for mirrored instances, 0 for singular ones."""
     a, b, c = matrices[:, 0, :3], matrices[:, 1, :3], matrices[:, 2, :3]
-    return np.asarray(np.sign((a * np.cross(b, c)).sum(1)))
+    return np.asarray(np.sign((a * cross(b.T, c.T).T).sum(1)))
 
 
 def surface_of_triangles(batch: Batch) -> Int32:
@@ -131,7 +132,7 @@ def _corner_normals(local: Float32, matrices: Float64, sign: Float64, corners: I
     cofactor(M) = det(M) M^-T, so its sign makes up for mirroring.
     """
     m = matrices[:, :3, :3]
-    cofactor = np.stack([np.cross(m[:, (i + 1) % 3], m[:, (i + 2) % 3]) for i in range(3)], axis=1)
+    cofactor = np.stack([cross(m[:, (i + 1) % 3].T, m[:, (i + 2) % 3].T).T for i in range(3)], axis=1)
     cofactor *= np.where(sign < 0, -1.0, 1.0)[:, None, None]
     padded = np.zeros((len(m), 4, 4))
     padded[:, :3, :3] = cofactor

@@ -7,6 +7,8 @@ over latitude it is summed.
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from ..scene import Float32, Float64, Texture
@@ -35,13 +37,12 @@ def blurred(environment: Texture, low: float = 0.0, high: float = 1.0) -> dict[i
 def reduced(pixels: Float32, rows: int) -> Float64:
     """Means over the texels of an equirectangular image in (rows, 2 rows) fields, weighted by solid angle."""
     height, width = pixels.shape[:2]
-    area = np.diff(np.sin(np.linspace(-np.pi / 2, np.pi / 2, height + 1)))
-    tall, wide = _overlaps(height, rows) * area, _overlaps(width, 2 * rows)
+    tall, wide = _overlaps(height, rows) * _areas(height), _overlaps(width, 2 * rows)
     result = np.empty((rows, width, pixels.shape[2]))
     for row, weights in zip(result, tall / tall.sum(axis=1, keepdims=True), strict=True):
         used = np.flatnonzero(weights)
         band = slice(int(used[0]), int(used[-1]) + 1)
-        row[:] = np.tensordot(weights[band], pixels[band].astype(np.float64), 1)
+        row[:] = np.tensordot(weights[band].astype(np.float32), pixels[band], 1)
     return np.matmul(wide / wide.sum(axis=1, keepdims=True), result)
 
 
@@ -55,20 +56,27 @@ def _overlaps(fine: int, coarse: int) -> Float64:
 def _lobe_sums(image: Float64, roughness: float) -> Float32:
     """(rows, 2 rows, 4): the image under the lobe, at each of its own directions."""
     rows, columns = image.shape[:2]
+    kernel, weight = _lobe(rows, roughness)
+    spectrum = np.fft.rfft(image * _areas(rows)[:, None, None], axis=1).transpose(1, 0, 2)
+    result = np.ones((rows, columns, 4), np.float32)
+    total = np.fft.irfft(np.matmul(kernel, spectrum), columns, axis=0).transpose(1, 0, 2)
+    result[..., :3] = np.maximum(total / weight[:, None, None], 0)
+    return result
+
+
+@functools.cache
+def _lobe(rows: int, roughness: float) -> tuple[Float64, Float64]:
+    """The lobe around rows i, in rows j: its spectrum over longitude (k, i, j), real as it is even; its weight (i,)."""
     latitude = (np.arange(rows) + 0.5) / rows * np.pi - np.pi / 2
-    turn = np.arange(columns) / columns * 2 * np.pi
-    area = np.diff(np.sin(np.linspace(-np.pi / 2, np.pi / 2, rows + 1)))
-    spectrum = np.fft.rfft(image * area[:, None, None], axis=1)
-    flat = np.fft.rfft(np.broadcast_to(area[:, None, None], (rows, columns, 1)), axis=1)
-    result = np.empty((rows, columns, 4), np.float32)
+    turn = np.arange(2 * rows) / rows * np.pi
+    level, flat = np.sin(latitude), np.cos(latitude)
+    cos = np.multiply.outer(level, level)[..., None] + np.multiply.outer(flat, flat)[..., None] * np.cos(turn)
     a2 = roughness**4
-    for i in range(rows):
-        cos = np.sin(latitude[i]) * np.sin(latitude)[:, None]
-        cos = cos + np.cos(latitude[i]) * np.cos(latitude)[:, None] * np.cos(turn)
-        half2 = (1 + cos) / 2
-        lobe = np.maximum(cos, 0) * (a2 / (half2 * (a2 - 1) + 1)) ** 2
-        kernel = np.fft.rfft(lobe, axis=1)[..., None]
-        total = np.fft.irfft((kernel * spectrum).sum(0), columns, axis=0)
-        result[i, :, :3] = total / np.fft.irfft((kernel * flat).sum(0), columns, axis=0)
-    result[..., 3] = 1
-    return np.maximum(result, 0)
+    lobe = np.maximum(cos, 0) * (a2 / ((1 + cos) / 2 * (a2 - 1) + 1)) ** 2
+    kernel = np.fft.rfft(lobe, axis=2).real.transpose(2, 0, 1)
+    return np.ascontiguousarray(kernel), kernel[0] @ _areas(rows)
+
+
+def _areas(rows: int) -> Float64:
+    """(rows,) solid angles of the rows' fields, but for a factor."""
+    return np.diff(np.sin(np.linspace(-np.pi / 2, np.pi / 2, rows + 1)))
