@@ -166,32 +166,33 @@ def grow(chosen: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:
 def fill_from_neighbours(images: Sequence[Float32], known: NDArray[np.bool_], wanted: NDArray[np.bool_]) -> int:
     """Copy the nearest known pixels of images (h, w) or (h, w, n) into the wanted ones, in place; how many were filled.
 
-    Each round lets the known area grow by one pixel, sideways before diagonally, in a fixed order.
+    Each round lets the known area grow by one pixel, sideways before diagonally, in a fixed order. Only its rim is
+    looked at: what is wanted may be far from all that is known.
     """
+    height, width = known.shape
     empty = wanted & ~known
-    if not empty.any():
+    left = int(np.count_nonzero(empty))
+    if left == 0:
         return 0
-    todo, nearest = empty, np.arange(known.size).reshape(known.shape)
-    while todo.any() and known.any():
-        grown = known.copy()
+    # Numbers of pixels in a picture with a border of one, which counts as reached and passes nothing on.
+    reached = np.ones((height + 2, width + 2), bool)
+    reached[1:-1, 1:-1] = known
+    row, column = np.nonzero(known & grow(~known, 1))
+    rim, across = (row + 1) * (width + 2) + column + 1, width + 2
+    reached, asked = reached.reshape(-1), np.pad(empty, 1).reshape(-1)
+    nearest = np.arange(reached.size)
+    while left and len(rim):
+        found = []
         for dy, dx in ((0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)):
-            source = _shifted(known, dy, dx) & ~grown
-            if source.any():
-                rows, columns = np.nonzero(source)
-                nearest[rows, columns] = nearest[rows + dy, columns + dx]
-                grown |= source
-        todo, known = todo & ~grown, grown
-    filled = empty & ~todo  # unwanted pixels only pass colours on
+            there = rim - (dy * across + dx)
+            is_new = ~reached[there]
+            there = there[is_new]
+            nearest[there], reached[there] = nearest[rim[is_new]], True
+            found.append(there)
+        rim = np.concatenate(found)
+        left -= int(np.count_nonzero(asked[rim]))
+    row, column = np.nonzero(empty & reached.reshape(height + 2, -1)[1:-1, 1:-1])
+    source = np.unravel_index(nearest[(row + 1) * across + column + 1], (height + 2, width + 2))
     for image in images:
-        image[filled] = image.reshape(known.size, -1)[nearest[filled]].reshape(-1, *image.shape[2:])
-    return int(np.count_nonzero(filled))
-
-
-def _shifted(known: NDArray[np.bool_], dy: int, dx: int) -> NDArray[np.bool_]:
-    """Whether the pixel at (row + dy, column + dx) is known."""
-    h, w = known.shape
-    result = np.zeros_like(known)
-    result[max(0, -dy) : h - max(0, dy), max(0, -dx) : w - max(0, dx)] = known[
-        max(0, dy) : h - max(0, -dy), max(0, dx) : w - max(0, -dx)
-    ]
-    return result
+        image[row, column] = image[source[0] - 1, source[1] - 1]
+    return len(row)

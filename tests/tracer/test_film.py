@@ -184,6 +184,18 @@ def test_gaps_take_the_colour_of_the_nearest_known_pixel():
     np.testing.assert_array_equal(radiance[0], 0)  # not wanted, not touched
 
 
+def test_gaps_far_from_all_that_is_known_take_the_nearest_too():
+    rng = np.random.default_rng(1)
+    number = np.arange(60 * 50, dtype=np.float32).reshape(60, 50)
+    known, wanted = rng.random((60, 50)) < 0.002, rng.random((60, 50)) < 0.1
+    assert fill_from_neighbours((number,), known, wanted) == np.count_nonzero(wanted & ~known)
+    rows, columns = np.nonzero(known)
+    for row, column in np.argwhere(wanted):
+        away = np.maximum(np.abs(rows - row), np.abs(columns - column))  # a step goes diagonally, too
+        source = divmod(int(number[row, column]), 50)
+        assert known[source] and max(abs(source[0] - row), abs(source[1] - column)) == away.min()
+
+
 def test_nothing_to_fill_from_leaves_black():
     radiance = np.zeros((2, 2, 3), np.float32)
     assert fill_from_neighbours((radiance,), np.zeros((2, 2), bool), np.ones((2, 2), bool)) == 0
