@@ -147,7 +147,8 @@ def _brighter(image: Float32, limit: np.float32) -> tuple[NDArray[np.intp], NDAr
         return np.zeros(0, np.intp), np.zeros(0, np.intp)
     # Not `max` over the last axis, which is short: five times slower.
     brightest = np.maximum(np.maximum(image[..., 0], image[..., 1]), image[..., 2])
-    return np.nonzero(brightest > limit)
+    row, column = np.nonzero(brightest > limit)
+    return row, column
 
 
 def _no_brighter(radiance: Float32, limit: np.float32) -> Float32:
