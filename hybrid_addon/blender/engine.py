@@ -197,7 +197,7 @@ def tracer_settings(scene: bpy.types.Scene) -> Settings:
         see="ALL" if scene.hybrid.mode == "FULL" else "FLAGGED",
         transparent=scene.render.film_transparent,
         threads=scene.hybrid.threads,
-        processes=bpy.app.background,  # no graphics driver's or window's threads to fork beside
+        processes=True,
     )
 
 
@@ -205,8 +205,14 @@ def preview_settings(scene: bpy.types.Scene) -> Settings:
     """The same for a viewport, with a processor left for the interface."""
     settings = tracer_settings(scene)
     threads = settings.threads or max(1, (os.cpu_count() or 2) - 1)
-    return replace(
-        settings, see="FLAGGED", transparent=False, raster_shadows=False, passes=frozenset(), threads=threads
+    return replace(  # no processes: starting them would take longer than such a small picture
+        settings,
+        see="FLAGGED",
+        transparent=False,
+        raster_shadows=False,
+        passes=frozenset(),
+        threads=threads,
+        processes=False,
     )
 
 

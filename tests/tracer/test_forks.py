@@ -123,6 +123,26 @@ def test_what_fails_in_a_process_fails_here(scene, monkeypatch):
         trace(scene, replace(HOW, processes=True))
 
 
+@pytest.mark.parametrize("stuck", [[0], [0, 1, 2, 3]])
+def test_a_process_that_never_begins_is_not_waited_for(scene, monkeypatch, stuck):
+    """As one that waits for a lock which nobody holds any more: its portion is done here."""
+    here, before, trace_portion = os.getpid(), children(), passes.Passes._trace_portion
+
+    def trace_or_wait(self, pixels, work, totals, deadline, begun):
+        number = (begun.ctypes.data - begun.base.ctypes.data) // begun.itemsize
+        if os.getpid() != here and number in stuck:
+            time.sleep(30)
+        return trace_portion(self, pixels, work, totals, deadline, begun)
+
+    monkeypatch.setattr(passes, "SLOW_START", 0.3)
+    monkeypatch.setattr(passes.Passes, "_trace_portion", trace_or_wait)
+    how, began = replace(HOW, samples=4, adaptive=0.0), time.perf_counter()
+    film = trace(scene, replace(how, processes=True))
+    assert time.perf_counter() - began < 20
+    np.testing.assert_array_equal(film.radiance, trace(scene, how).radiance)
+    assert children() == before
+
+
 def test_sums_of_all_processes_meet_in_one_array():
     shared = forks.shared_zeros((3, 5), np.float64)
     child = os.fork()
