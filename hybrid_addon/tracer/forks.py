@@ -5,10 +5,10 @@ the lock over, and with more than some four that takes longer than the work. A f
 own and all that the parent had made ready, Embree's trees too, without a copy. What it finds it adds to the totals,
 which lie in shared memory; what it counted it says in one line for each portion.
 
-Only for Linux. A fork has one thread, and what the others held stays held in it: glibc and Python mend their own locks,
-and a child needs no other. It imports nothing, prints nothing, builds no tree (Embree would wait for the threads that it
-builds with), leaves the graphics driver and the window alone, and ends without cleaning up. Should one wait all the same
-before it has begun, its work is done by threads (`passes.SLOW_START`).
+Only for Linux. A fork has one thread, and what the others held stays held in it: glibc and Python mend their own
+locks, and a child needs no other. It imports nothing, prints nothing, builds no tree (Embree would wait for the threads
+that it builds with), leaves the graphics driver and the window alone, and ends without cleaning up. Should one wait all
+the same before it has begun, its work is done by threads (`passes.SLOW_START`).
 """
 
 from __future__ import annotations

@@ -53,8 +53,8 @@ PORTIONS = 1
 """For each thread: one that has more time than the others can take more. Each has short waves at its end, however."""
 
 MOST_THREADS = 4
-"""At once, where there are no processes: more wait for the interpreter lock. On 16 cores 16 threads take 1.3 to 1.7 times
-as long as four, in a deep scene as long as one."""
+"""At once, where there are no processes: more wait for the interpreter lock. On 16 cores 16 threads take 1.3 to 1.7
+times as long as four, in a deep scene as long as one."""
 
 SLOW_START = 10.0
 """Seconds after which a forked process that has not begun its portion never will: it may wait for something that

@@ -30,7 +30,7 @@ from .interaction import Interaction, interact
 from .lights import CompiledLight
 from .rays import Rays, camera_rays, concatenate, offset_origin
 from .sampler import UInt32, hash32
-from .shading import visibility
+from .shadows import visibility
 from .spawn import Split, children, share_out
 from .tally import Tally
 from .varying import resolve

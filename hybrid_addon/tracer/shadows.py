@@ -1,0 +1,245 @@
+"""What shadow rays let through: from hits to points of lights, tinted by what is not opaque."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import Float32
+from .accel import traceable
+from .compiled import Blockers, CompiledScene
+from .constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
+from .geometry import Geometry
+from .interaction import Interaction, shadow_origin
+from .lights import CompiledLight, shadow_rays
+from .media import Stack, transmittance
+from .primitives import PrimitiveSet
+from .rays import offset_origin, origin_offset
+from .scattering import both_faces, fresnel_dielectric, simple_caustic
+from .tally import Tally
+from .varying import resolve_crossings
+from .vectors import Array, Index, count, select, take
+
+Bools = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
+
+TOGETHER = 1 << 12
+"""Shadow rays, of several lights or points of lights, that are followed at once. A question costs a millisecond however
+few they are; of many the work is most of the time, and wants the cache."""
+
+
+class Origins:
+    """Where shadow rays start: worked out for hits when a light first asks for them."""
+
+    def __init__(self, geometry: Geometry, hit: Interaction) -> None:
+        self.geometry, self.hit = geometry, hit
+        self.known = np.zeros(len(hit.prim), bool)
+        self.origin = np.empty(hit.outer.shape, np.float32)
+
+    def work_out(self, indices: list[Index]) -> None:
+        """Those of the hits of all these indices."""
+        if self.hit.weights is None:
+            self.origin = self.hit.outer
+            return
+        asked = np.zeros(len(self.known), bool)
+        for index in indices:
+            asked[index] = True
+        new = select(asked & ~self.known)
+        self.origin[:, new] = shadow_origin(self.geometry, self.hit, new)
+        self.known |= asked
+
+
+@dataclass(eq=False)
+class _Beam:
+    """Shadow rays from the hits `wanted` to one point of a light; media: (rows, m), the solids around their origins."""
+
+    blockers: Blockers
+    wanted: Index
+    origin: Float32
+    wi: Float32
+    distance: Float32
+    media: Stack | None
+
+    def __len__(self) -> int:
+        return self.origin.shape[1]
+
+
+def visible_shares(
+    scene: CompiledScene, hit: Interaction, origins: Origins, asked: list[tuple[CompiledLight, Index]], tally: Tally
+) -> Iterator[Array]:
+    """What share, (m,) or (3, m), of each light gets to the hits that it may reach: the mean over shadow samples.
+
+    Marks are left in hit.cut where a shadow ray is not followed to its end.
+    """
+    origins.work_out([wanted for _, wanted in asked])
+    squares = [_samples(scene, hit, light) for light, _ in asked]
+    beams = (
+        beam
+        for (light, wanted), n in zip(asked, squares, strict=True)
+        for beam in _beams(scene, hit, light, wanted, take(origins.origin, wanted), n)
+    )
+    seen = _visibilities(scene, hit, beams, tally)
+    for n in squares:
+        yield next(seen) if n <= 1 else np.asarray(sum(islice(seen, n)) / np.float32(n), np.float32)
+
+
+def _samples(scene: CompiledScene, hit: Interaction, light: CompiledLight) -> int:
+    """To how many points of a light shadow rays go; 0: to its middle."""
+    soft = hit.draws is not None and light.is_soft and scene.plan.soft_shadows
+    return scene.settings.shadow_samples if soft else 0
+
+
+def _beams(
+    scene: CompiledScene, hit: Interaction, light: CompiledLight, wanted: Index, origin: Float32, samples: int
+) -> Iterator[_Beam]:
+    """From the hits `wanted`, one after the other."""
+    blockers, normal = scene.blockers(light), take(hit.n_geometric, wanted)
+    media = None if hit.media is None else take(hit.media, wanted)
+    if media is not None and blockers.hollow is not None:
+        media = scene.media.without(media, blockers.hollow)
+    draws = None if hit.draws is None or samples == 0 else hit.draws.take(wanted)
+    for part in range(max(samples, 1)):
+        square = None if draws is None else draws.square(light.key, part, samples)
+        yield _Beam(blockers, wanted, origin, *shadow_rays(light, origin, normal, square), media)
+
+
+def _visibilities(scene: CompiledScene, hit: Interaction, beams: Iterable[_Beam], tally: Tally) -> Iterator[Array]:
+    """What each of some beams lets through. Those that the same things may block go together while they are few."""
+    waiting: list[_Beam] = []
+    for beam in beams:
+        if waiting and (beam.blockers is not waiting[0].blockers or sum(map(len, waiting)) + len(beam) > TOGETHER):
+            yield from _visibility_of(scene, hit, waiting, tally)
+            waiting = []
+        waiting.append(beam)
+    if waiting:
+        yield from _visibility_of(scene, hit, waiting, tally)
+
+
+def _visibility_of(scene: CompiledScene, hit: Interaction, beams: list[_Beam], tally: Tally) -> Iterator[Array]:
+    """The same of beams with the same blockers, in one question."""
+    wi, distance, origin = (_joined([getattr(b, name) for b in beams]) for name in ("wi", "distance", "origin"))
+    media = _joined([b.media for b in beams if b.media is not None]) if beams[0].media is not None else None
+    cut = None if hit.cut is None else np.zeros(len(distance), bool)
+    share, start = visibility(scene, beams[0].blockers, wi, distance, origin, media, tally, cut), 0
+    for beam in beams:
+        part = slice(start, start + len(beam))
+        start = part.stop
+        if hit.cut is not None and cut is not None and cut[part].any():
+            hit.cut[beam.wanted] |= cut[part]
+        yield share[..., part]
+
+
+def _joined(parts: list[Array]) -> Array:
+    """One array out of several, along the last axis; one alone is itself."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
+
+
+def visibility(
+    scene: CompiledScene,
+    blockers: Blockers,
+    wi: Float32,
+    distance: Float32,
+    origin: Float32,
+    media: Stack | None,
+    tally: Tally,
+    cut: Bools | None = None,
+) -> Array:
+    """What share, (n,) or (3, n), of the light `distance` (n,) along wi (3, n) gets to the origins (3, n).
+
+    media : (rows, n), the solids around the origins.   cut : (n,), gets marks where a ray is not followed to its end.
+    """
+    t_max = distance * np.float32(SHADOW_REACH)
+    is_open = traceable(origin, wi)
+    sound = select(is_open)
+    if cut is not None and not isinstance(sound, slice):
+        cut |= ~is_open
+    tally.add("dropped", len(is_open) - count(sound, len(is_open)))
+    tally.add("shadow", count(sound, len(is_open)))
+    if len(blockers.opaque):
+        o, d, t = take(origin, sound), take(wi, sound), take(t_max, sound)
+        is_open[sound] = ~blockers.opaque.occluded(o, d, t, tally)
+    if not len(blockers.tinted):
+        return is_open
+    remaining = select(is_open)
+    media = None if media is None else take(media, remaining)
+    way = take(origin, remaining), take(wi, remaining), take(t_max, remaining)
+    passed, exhausted = _transmittance(scene, blockers.tinted, *way, media, tally)
+    if cut is not None and len(exhausted):
+        cut[exhausted if isinstance(remaining, slice) else remaining[exhausted]] = True
+    if isinstance(remaining, slice):
+        return passed
+    visible = np.zeros(origin.shape, np.float32)
+    for i in range(3):
+        visible[i, remaining] = passed[i]
+    return visible
+
+
+def _transmittance(
+    scene: CompiledScene,
+    tinted: PrimitiveSet,
+    origin: Float32,
+    wi: Float32,
+    t_max: Float32,
+    media: Stack | None,
+    tally: Tally,
+) -> tuple[Float32, Numbers]:
+    """Product (3, n) over the non-opaque surfaces on straight shadow rays of (1-r)(1-o)(1-F) transmission_tint.
+
+    And of what the solids between them leave over, where any absorbs; media: (rows, n), those around the origins.
+    The ray is not bent, so at both faces of a solid its angle is that in the outer medium, and F is taken from there.
+    Also the rays that cross too many: they count as blocked.
+    """
+    geometry = scene.geometry
+    result = np.ones(wi.shape, np.float32)
+    active, d = np.arange(wi.shape[1]), wi
+    travelled = np.zeros(wi.shape[1])
+    for _ in range(MAX_SHADOW_CROSSINGS):
+        tally.add("shadow_steps", len(active))
+        hits = tinted.nearest(origin, d, tally)
+        crosses = travelled + hits.t < t_max.take(active)
+        if media is not None and scene.media.shadow_absorption is not None:
+            way = np.where(crosses, hits.t, t_max.take(active) - travelled)
+            result[:, active] *= transmittance(scene.media.shadow_absorption, media, way).astype(np.float32)
+        crossed = np.flatnonzero(crosses)
+        if len(crossed) == 0:
+            return result, crossed
+        active, d, prim, t = active[crossed], d.take(crossed, axis=1), hits.prim[crossed], hits.t[crossed]
+        normal, toward = hits.normal.take(crossed, axis=1), hits.toward[crossed]
+        table, surface = scene.surfaces, geometry.surface.take(prim)
+        columns, column = table.columns, cast(Index, surface)
+        if table.varies_through.take(surface).any():
+            at = origin[:, crossed] + d * t
+            columns, column = resolve_crossings(
+                geometry, table, prim.astype(np.intp), at, toward < 0, -normal * np.sign(toward), d
+            )
+        fresnel, tint = fresnel_dielectric(np.abs(toward), table.ior.take(surface)), columns.take("tint", column)
+        thin = scene.media.is_thin(prim.astype(np.intp))
+        fresnel, tint = both_faces(fresnel, tint, thin)
+        share = columns.take("interface", column) * (1 - fresnel)
+        if scene.settings.caustics == "SIMPLE":
+            focused = simple_caustic(np.abs(toward), table.ior.take(surface))
+            share = share * (focused if thin is None else np.where(thin, 1.0, focused))
+        passed = result.take(active, axis=1)
+        passed *= (tint * share).astype(np.float32)
+        for row, values in zip(result, passed, strict=True):
+            row[active] = values
+        if media is not None:
+            media = scene.media.cross(media.take(crossed, axis=1), prim.astype(np.intp), toward < 0, Tally())
+        # Go on behind the surface, unless nothing is left.
+        alive = np.flatnonzero((passed > 0).any(axis=0))
+        active, d, prim, t = active[alive], d.take(alive, axis=1), prim[alive], t[alive]
+        if len(active) == 0:
+            return result, active
+        media = None if media is None else media.take(alive, axis=1)
+        onward = normal.take(alive, axis=1) * np.sign(toward[alive])
+        point = origin.take(crossed[alive], axis=1) + d * t
+        travelled = travelled[crossed[alive]] + t
+        origin = offset_origin(point, onward, origin_offset(point.astype(np.float32), geometry.extent.take(prim)))
+    result[:, active] = 0
+    tally.add("shadow_crossings_exhausted", len(active))
+    return result, active
