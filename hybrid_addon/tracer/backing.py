@@ -35,7 +35,7 @@ from .primitives import Hits, PrimitiveSet
 from .rays import Rays, offset_origin, origin_offset
 from .surfaces import SurfaceTable
 from .tally import Tally
-from .vectors import dot, normalize, take
+from .vectors import dot, flatnonzero, normalize, take
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -117,7 +117,7 @@ class Backing:
     def look_up(self, rays: Rays, hits: Hits, hit: Bools, tally: Tally) -> tuple[Numbers, Float32]:
         """Which of n rays, of those that `hit`, meet what the raster shows, and its radiance there: (m,), (3, m)."""
         secondary = hit & ~rays.camera
-        index = np.flatnonzero(secondary & self.primitives.take(hits.prim, mode="wrap"))
+        index = flatnonzero(secondary & self.primitives.take(hits.prim, mode="wrap"))
         index, color = self._shown(rays, hits, index)
         if len(self.veils) and len(index):
             clear = self._unveiled(rays, hits, index, tally)
@@ -131,7 +131,7 @@ class Backing:
         from_eye = self._from_eye(rays, hits, index)
         x, y, depth = self._film(from_eye)
         inside = (x >= 0) & (x < self.width - 1) & (y >= 0) & (y < self.height - 1) & (depth > 0)
-        kept = np.flatnonzero(inside)
+        kept = flatnonzero(inside)
         normal = take(hits.normal, index[kept])
         normal *= -np.sign(hits.toward[index[kept]])
         place, slope_x, slope_y, facing = self._plane(take(from_eye, kept), normal, depth[kept])
@@ -156,7 +156,7 @@ class Backing:
             total += weight
             all_four &= agrees
         one = self.partly.take(hits.prim[index]) & (total > 0)
-        found = np.flatnonzero(all_four | one)
+        found = flatnonzero(all_four | one)
         color = color.take(found, axis=1)
         color /= np.where(all_four[found], np.float32(1), total[found])
         return index[found], color
@@ -203,7 +203,7 @@ class Backing:
             direction = np.broadcast_to(self.axes[:, 2:], point.shape)
         offset = origin_offset(point.astype(np.float32), self.geometry.extent.take(hits.prim[index]))
         origin, wi = offset_origin(point, normal, offset), np.ascontiguousarray(direction, np.float32)
-        return np.flatnonzero(~self.veils.occluded(origin, wi, distance.astype(np.float32), tally))
+        return flatnonzero(~self.veils.occluded(origin, wi, distance.astype(np.float32), tally))
 
 
 def _near_steps(place: Float64, reach: int) -> Bools:

@@ -30,23 +30,32 @@ def constants(surface: Surface) -> dict[str, float]:
     return {**found, "ior": float(ior[0]), "pane_ior": float(ior[1])}
 
 
-def fields_of(surface: Surface, evaluate: Evaluation | None = None, without: Set[str] = frozenset()) -> Fields:
-    """All fields of a surface, what expressions give within its limits; 0 for those `without`.
+def known_fields(surface: Surface, without: Set[str] = frozenset()) -> Fields:
+    """The fields that no expression gives, and 0 for those `without`."""
+    values = {name: 0.0 if name in without else getattr(surface, name) for name in VARIABLE}
+    known = {name: v for name, v in values.items() if not (v is None or isinstance(v, Expression))}
+    fields = {name: np.array(v, np.float64).reshape(-1, 1)[: VARIABLE[name]] for name, v in known.items()}
+    return {**fields, **{name: np.full((1, 1), value) for name, value in constants(surface).items()}}
 
-    evaluate : works expressions out; None: the surface has none.
+
+def fields_of(surface: Surface, evaluate: Evaluation | None = None, known: Fields | None = None) -> Fields:
+    """All fields of a surface, what expressions give within its limits.
+
+    evaluate : works expressions out; None: the surface has none.   known : its `known_fields`, if they are at hand.
     """
-    fields = {}
+    fields = dict(known_fields(surface) if known is None else known)
     for name, size in VARIABLE.items():
-        value = 0.0 if name in without else getattr(surface, name)
-        if isinstance(value, Expression):
+        value = None if name in fields else getattr(surface, name)
+        if value is not None:
             assert evaluate is not None
             fields[name] = limited(name, evaluate(value))[:size]
-        elif value is not None:
-            fields[name] = np.array(value, np.float64).reshape(-1, 1)[:size]
-    return {**fields, **{name: np.full((1, 1), value) for name, value in constants(surface).items()}}
+    return fields
 
 
 def limited(name: str, values: np.ndarray) -> Float64:
     """What an expression gave for a field, as numbers that the field may have."""
-    found = np.maximum(np.nan_to_num(values.astype(np.float64)), 0)
+    found = values.astype(np.float64)
+    if not np.isfinite(found).all():
+        found = np.nan_to_num(found)
+    found = np.maximum(found, 0)
     return np.minimum(found, 1) if name in SHARES else found

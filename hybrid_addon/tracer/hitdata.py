@@ -14,7 +14,7 @@ from .constants import BUMP_STEP
 from .geometry import Geometry
 from .primitives import barycentrics
 from .textures import sample_texture
-from .vectors import Array, cross, dot, orthonormal_basis
+from .vectors import Array, cross, dot, flatnonzero, orthonormal_basis
 
 Numbers = NDArray[np.intp]
 
@@ -90,7 +90,7 @@ class HitData:
     @cached_property
     def _weights(self) -> tuple[Numbers, Float64]:
         """The hits on triangles and their barycentrics (3, m)."""
-        on_mesh = np.flatnonzero(self.prim < self.geometry.triangle_count)
+        on_mesh = flatnonzero(self.prim < self.geometry.triangle_count)
         b1, b2 = barycentrics(self.geometry, self.prim[on_mesh], self.point[:, on_mesh])
         return on_mesh, np.stack([1 - b1 - b2, b1, b2])
 
@@ -113,12 +113,12 @@ class HitData:
         geometry, prim, point = self.geometry, self.prim, self.point
         nt, ns = geometry.triangle_count, geometry.sphere_count
         u, v = self._interpolated(key)[:2]
-        on_sphere = np.flatnonzero((prim >= nt) & (prim < nt + ns))
+        on_sphere = flatnonzero((prim >= nt) & (prim < nt + ns))
         if len(on_sphere):
             x, y, z = point[:, on_sphere] - geometry.sphere_center[prim[on_sphere] - nt].T
             u[on_sphere] = 0.5 + np.arctan2(y, x) / (2 * np.pi)
             v[on_sphere] = 0.5 + np.arctan2(z, np.sqrt(x * x + y * y)) / np.pi
-        on_plane = np.flatnonzero(prim >= nt + ns)
+        on_plane = flatnonzero(prim >= nt + ns)
         if len(on_plane):
             u[on_plane], v[on_plane] = _plane_coordinates(geometry.facets[prim[on_plane], :3].T, point[:, on_plane])
         return u, v

@@ -28,6 +28,7 @@ from .constants import MAX_PROBE_CROSSINGS
 from .primitives import PrimitiveSet
 from .rays import Rays, offset_origin, origin_offset
 from .tally import Tally
+from .vectors import flatnonzero
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -44,7 +45,7 @@ def transmittance(absorption: Float64, stack: Stack, distance: Float64) -> Float
     sigma = absorption.take(stack.min(axis=0, initial=absorption.shape[1] - 1), axis=1)
     result = np.ones(sigma.shape)
     for channel in range(3):
-        within = np.flatnonzero(sigma[channel])  # nowhere else: 0 times an infinite distance is no number
+        within = flatnonzero(sigma[channel])  # nowhere else: 0 times an infinite distance is no number
         result[channel, within] = np.exp(-sigma[channel, within] * distance[within])
     return result
 
@@ -103,7 +104,7 @@ class Media:
         around = self._around(stack, own, entering)
         hidden = own >= around
         outer = self.ior.take(around)
-        unknown = np.flatnonzero(own == self.count)  # no solids: against whatever they lie in
+        unknown = flatnonzero(own == self.count)  # no solids: against whatever they lie in
         outer[unknown], hidden[unknown] = 1.0, False
         result = np.where(entering, ior, outer)
         result /= np.where(entering, outer, ior)
@@ -162,7 +163,7 @@ class Media:
         stack = self.empty(n)
         if self.rows == 0 or n == 0:
             return stack
-        sound = np.flatnonzero(traceable(origin, direction))
+        sound = flatnonzero(traceable(origin, direction))
         start = origin[:, sound].astype(np.float64)
         low, high = start.min(axis=1, initial=np.inf), start.max(axis=1, initial=-np.inf)
         if not ((self.low <= high) & (self.high >= low)).all(axis=1).any():
@@ -189,7 +190,7 @@ class Media:
         active = np.arange(origin.shape[1])
         for _ in range(MAX_PROBE_CROSSINGS):
             hits = solids.nearest(origin, direction, tally)
-            chosen = np.flatnonzero(hits.prim >= 0)
+            chosen = flatnonzero(hits.prim >= 0)
             if len(chosen) == 0:
                 break
             active, prim, toward = active[chosen], hits.prim[chosen].astype(np.intp), hits.toward[chosen]

@@ -15,7 +15,7 @@ from .interaction import Interaction
 from .primitives import PrimitiveSet
 from .sampler import disk
 from .tally import Tally
-from .vectors import Index, dot, normalize, orthonormal_basis, take
+from .vectors import Index, dot, flatnonzero, normalize, orthonormal_basis, take
 
 DIMENSION = np.uint32(0x6C8E9CF5)
 """Of the sampler."""
@@ -35,7 +35,7 @@ def open_share(scene: CompiledScene, occluders: PrimitiveSet, hit: Interaction, 
         direction = tangents[0] * x + tangents[1] * y + n * up
         # What a smooth normal sends into its own flat triangle leaves it on the other side.
         direction = normalize(direction - facing * (2 * np.minimum(dot(direction, facing), np.float32(0))))
-        sound = np.flatnonzero(traceable(origin, direction))
+        sound = flatnonzero(traceable(origin, direction))
         seen += 1
         seen[sound] -= occluders.occluded(origin[:, sound], direction[:, sound], limit[sound], tally)
     tally.add("occlusion", len(seen) * settings.occlusion_samples)

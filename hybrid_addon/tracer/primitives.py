@@ -26,7 +26,7 @@ from .kept import Kept
 from .shapes import plane_distance, sphere_distance
 from .tally import Tally
 from .trees import trees_over
-from .vectors import Array, largest_component
+from .vectors import Array, flatnonzero, largest_component
 
 Bools = NDArray[np.bool_]
 
@@ -59,8 +59,8 @@ class PrimitiveSet:
         nt, ns = geometry.triangle_count, geometry.sphere_count
         self.triangle_count = int(np.count_nonzero(members[:nt]))
         self._triangles = trees_over(geometry, members[:nt], Kept(0) if kept is None else kept, divided)
-        self._spheres = np.flatnonzero(members[nt : nt + ns])
-        self._planes = np.flatnonzero(members[nt + ns :]) + nt + ns
+        self._spheres = flatnonzero(members[nt : nt + ns])
+        self._planes = flatnonzero(members[nt + ns :]) + nt + ns
 
     def __len__(self) -> int:
         return self.triangle_count + len(self._spheres) + len(self._planes)
@@ -87,7 +87,7 @@ class PrimitiveSet:
         if not self.triangle_count:
             n = len(prim)
             return Hits(prim, np.full(n, np.inf), np.zeros((3, n)), np.zeros(n))
-        found = np.flatnonzero(prim >= 0)
+        found = flatnonzero(prim >= 0)
         if len(found) < SPARSE * len(prim):
             return self._refine_some(prim, origin, direction, found)
         facets = np.ascontiguousarray(self.geometry.facets.take(prim, axis=0, mode="wrap").T)
@@ -113,7 +113,7 @@ class PrimitiveSet:
         Closest hit makes this safe: whatever is nearer than a spurious hit would have been returned. Hits at distance 0
         are sound: in a corner an origin, off its own surface, was rounded onto another, and may not leave through it.
         """
-        spurious = np.flatnonzero(~(hits.t >= 0))
+        spurious = flatnonzero(~(hits.t >= 0))
         if len(spurious) == 0:
             return
         tally.add("self_hits", len(spurious))
@@ -141,7 +141,7 @@ class PrimitiveSet:
 
     def _check_grazing(self, hits: Hits, origin: Float32, direction: Float32, tally: Tally) -> None:
         """Count grazing hits that float64 finds clearly outside their triangle (they are clamped, not dropped)."""
-        grazing = np.flatnonzero((np.abs(hits.toward) < GRAZING_COSINE) & (hits.prim >= 0))
+        grazing = flatnonzero((np.abs(hits.toward) < GRAZING_COSINE) & (hits.prim >= 0))
         if len(grazing) == 0:
             return
         point = origin.take(grazing, axis=1) + hits.t[grazing] * direction.take(grazing, axis=1)
@@ -152,7 +152,7 @@ class PrimitiveSet:
 
     def _sharpen(self, hits: Hits, origin: Float32, direction: Float64) -> None:
         """Distances along float64 directions to the triangles that the rounded ones found, if they meet these too."""
-        found = np.flatnonzero(hits.prim >= 0)
+        found = flatnonzero(hits.prim >= 0)
         prim, o, d = hits.prim[found], origin[:, found], direction[:, found]
         t, toward = plane_distance(self.geometry.facets[prim].T, o, d)
         u, v = barycentrics(self.geometry, prim, o + t * d, clamp=False)
@@ -165,7 +165,7 @@ class PrimitiveSet:
         for sphere in self._spheres:
             center, radius = g.sphere_center[sphere], g.sphere_radius[sphere]
             t = sphere_distance(center, radius, origin, direction)
-            nearer = np.flatnonzero(t < hits.t)
+            nearer = flatnonzero(t < hits.t)
             if len(nearer):
                 d = direction[:, nearer]
                 normal = (origin[:, nearer] + t[nearer] * d - center[:, None]) / radius
@@ -175,7 +175,7 @@ class PrimitiveSet:
         for plane in self._planes:
             facet = g.facets[plane][:, None]
             t, toward = plane_distance(facet, origin, direction)
-            nearer = np.flatnonzero((t > 0) & (t < hits.t))
+            nearer = flatnonzero((t > 0) & (t < hits.t))
             self._replace(hits, nearer, int(plane), t[nearer], facet[:3], toward[nearer])
 
     @staticmethod

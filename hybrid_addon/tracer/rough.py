@@ -24,7 +24,7 @@ from .layers import masking
 from .rays import Rays
 from .sampler import Draws, hash32
 from .scattering import reflect
-from .vectors import Array, dot, largest_component, normalize, orthonormal_basis
+from .vectors import Array, dot, flatnonzero, largest_component, normalize, orthonormal_basis
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -83,7 +83,7 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Dr
     is_coat = draws.square(LOBE)[0] < odds
     chance = np.where(both, np.where(is_coat, odds, 1 - odds), np.float32(1))
     roughness = np.where(is_coat, coat, lobe)
-    facing = np.flatnonzero(wide & (roughness > MIRROR_ROUGHNESS) & (dot(at.wo, at.n_shading) > 0))
+    facing = flatnonzero(wide & (roughness > MIRROR_ROUGHNESS) & (dot(at.wo, at.n_shading) > 0))
     normals = np.array(at.n_shading)
     redraw = (at.value("interface") == 0).take(facing)
     normals[:, facing] = _microfacets(

@@ -19,7 +19,7 @@ from .occlusion import open_share
 from .scattering import mirrored, phong, schlick
 from .shadows import TOGETHER, Origins, visible_shares
 from .tally import Tally
-from .vectors import Array, Index, count, dot, normalize, select, take
+from .vectors import Array, Index, count, dot, flatnonzero, normalize, select, take
 
 PI, INVERSE_PI = np.float32(np.pi), np.float32(1 / np.pi)
 
@@ -122,7 +122,7 @@ def _add_lit(
 
 def _cut_faint(arriving: Float32, lit: Illumination, cut: Cut, tally: Tally) -> None:
     """Take out of arriving (3, n) what may be cut: then it needs no shadow ray."""
-    faces = np.flatnonzero((lit.specular > 0) & (arriving != 0).any(axis=0))
+    faces = flatnonzero((lit.specular > 0) & (arriving != 0).any(axis=0))
     faint = faces[cut(faces, np.asarray(arriving[:, faces] * (PI / lit.specular[faces]), np.float32))]
     arriving[:, faint] = 0
     tally.add("shadow_cut", len(faint))
@@ -143,7 +143,7 @@ def _add_ambient(scene: CompiledScene, hit: Interaction, radiance: Float32, tall
     wo, n = take(hit.wo, blurred), take(hit.n_shading, blurred)
     for name in ("lobe", "coat"):
         weight = hit.value(f"{name}_blurred", blurred)
-        rough = np.flatnonzero(weight if weight.ndim == 1 else weight.any(axis=0))
+        rough = flatnonzero(weight if weight.ndim == 1 else weight.any(axis=0))
         if len(rough):
             index = rough if isinstance(blurred, slice) else take(blurred, rough)
             wide = hit.value(f"{name}_roughness", index)

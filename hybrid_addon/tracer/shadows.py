@@ -23,7 +23,7 @@ from .rays import offset_origin, origin_offset
 from .scattering import both_faces, fresnel_dielectric, simple_caustic
 from .tally import Tally
 from .varying import resolve_crossings
-from .vectors import Array, Index, count, select, take
+from .vectors import Array, Index, count, flatnonzero, select, take
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -205,7 +205,7 @@ def _transmittance(
         if media is not None and scene.media.shadow_absorption is not None:
             way = np.where(crosses, hits.t, t_max.take(active) - travelled)
             result[:, active] *= transmittance(scene.media.shadow_absorption, media, way).astype(np.float32)
-        crossed = np.flatnonzero(crosses)
+        crossed = flatnonzero(crosses)
         if len(crossed) == 0:
             return result, crossed
         active, d, prim, t = active[crossed], d.take(crossed, axis=1), hits.prim[crossed], hits.t[crossed]
@@ -231,7 +231,7 @@ def _transmittance(
         if media is not None:
             media = scene.media.cross(media.take(crossed, axis=1), prim.astype(np.intp), toward < 0, Tally())
         # Go on behind the surface, unless nothing is left.
-        alive = np.flatnonzero((passed > 0).any(axis=0))
+        alive = flatnonzero((passed > 0).any(axis=0))
         active, d, prim, t = active[alive], d.take(alive, axis=1), prim[alive], t[alive]
         if len(active) == 0:
             return result, active

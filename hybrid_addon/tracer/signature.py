@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .geometry import Geometry
 from .rays import Rays
 from .sampler import hash32
-from .vectors import largest_component
+from .vectors import flatnonzero, largest_component
 
 UInt32 = NDArray[np.uint32]
 
@@ -56,7 +56,7 @@ class Signatures:
         self.add_hits(rays, prim, entering, np.full(len(rays), BACKED, np.uint32))
 
     def _add(self, rays: Rays, node: UInt32) -> None:
-        counts = np.flatnonzero(largest_component(rays.throughput) >= self.importance)
+        counts = flatnonzero(largest_component(rays.throughput) >= self.importance)
         np.add.at(self.values, rays.sample[counts], hash32(rays.path[0, counts] ^ hash32(node[counts])))
 
 

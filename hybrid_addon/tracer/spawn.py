@@ -17,7 +17,7 @@ from .scattering import both_faces, fresnel_dielectric, keep_outside, reflect, r
 from .signature import REFLECTED, TRANSMITTED, child_path
 from .sums import Sums
 from .tally import Tally
-from .vectors import Index, count, dot, largest_component, normalize, select, take
+from .vectors import Index, count, dot, flatnonzero, largest_component, normalize, select, take
 
 Bools = NDArray[np.bool_]
 
@@ -129,7 +129,7 @@ def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally:
             for throughput, follows, lost in zip(
                 (split.reflected, split.transmitted), (reflects, transmits), ended.reshape(2, -1), strict=True
             ):
-                index = np.flatnonzero(lost)
+                index = flatnonzero(lost)
                 sums.add_residual(rays.sample[index], throughput.take(index, axis=1))
                 follows &= ~lost
                 tally.add(name, len(index))
@@ -142,7 +142,7 @@ def _within(rays: Rays, weight: Float32, limit: Bools, sums: Sums, weightless: b
     weightless : rays without a weight are wanted, too.
     """
     wanted = (weight != 0).any(axis=0) | weightless
-    cut = np.flatnonzero(wanted & ~limit)
+    cut = flatnonzero(wanted & ~limit)
     if len(cut):
         sums.add_residual(rays.sample[cut], weight.take(cut, axis=1))
     return wanted & limit

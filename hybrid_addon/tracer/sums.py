@@ -16,7 +16,7 @@ from ..scene import Float32, Float64, Settings
 from .constants import BUDGET_BITS, BUDGET_UNIT, FAINT_LIGHT, LIGHT_BUDGET, MAX_BRANCHES
 from .rays import REFLECTION, REFRACTION
 from .signature import Signatures
-from .vectors import largest_component
+from .vectors import flatnonzero, largest_component
 
 Numbers = NDArray[np.intp]
 
@@ -108,7 +108,7 @@ class Sums:
             return
         for name, number in BRANCHES.items():
             if name in self.parts:
-                members = np.flatnonzero(branch[0] == number)
+                members = flatnonzero(branch[0] == number)
                 self._add(self.parts[name], sample[members], contribution[:, members])
 
     def add_backed(self, sample: Numbers, throughput: Float32) -> None:
@@ -139,7 +139,7 @@ class Sums:
         result = np.zeros(len(weight), bool)
         if self.spent is None:
             return result
-        candidates = np.flatnonzero((weight > 0) & (weight <= np.float32(self.limit * BUDGET_UNIT)))
+        candidates = flatnonzero((weight > 0) & (weight <= np.float32(self.limit * BUDGET_UNIT)))
         cost, owner = budget_units(weight[candidates]), sample[candidates]
         left = self.allowed(owner) - self.spent[owner]
         # What alone is too much is out, and so is, as cut, all of a sample that fits together: the rest is few.
@@ -151,7 +151,7 @@ class Sums:
         order = _argsort(owner, cost)
         cost, owner = cost[order], owner[order]
         total = np.cumsum(cost)
-        starts = np.flatnonzero(np.diff(owner, prepend=-1))
+        starts = flatnonzero(np.diff(owner, prepend=-1))
         before = np.repeat((total - cost)[starts], np.diff(starts, append=len(owner)))
         result[candidates[order[total - before <= left[order]]]] = True
         return result
@@ -164,7 +164,7 @@ class Sums:
         result = np.zeros(len(share), bool)
         if self.unlit is None:
             return result
-        candidates = np.flatnonzero((share > 0) & (share <= np.float32(FAINT_LIGHT * self.light_limit * BUDGET_UNIT)))
+        candidates = flatnonzero((share > 0) & (share <= np.float32(FAINT_LIGHT * self.light_limit * BUDGET_UNIT)))
         lost, owner = share[candidates], sample[candidates]
         cost = budget_units(lost)
         fits = self.unlit[owner] + self._sum_of_each(owner, cost) <= self.light_limit
@@ -178,13 +178,13 @@ class Sums:
         result = np.zeros(len(weight), bool)
         if len(weight) <= MAX_BRANCHES:
             return result
-        there = np.flatnonzero(weight > 0)
+        there = flatnonzero(weight > 0)
         owner = sample[there]
         there = there[self._sum_of_each(owner, np.ones(len(owner), np.int64)) > MAX_BRANCHES]
         if len(there) == 0:
             return result
         there = there[np.lexsort((-weight[there], sample[there]))]
-        starts = np.flatnonzero(np.diff(sample[there], prepend=-1))
+        starts = flatnonzero(np.diff(sample[there], prepend=-1))
         rank = np.arange(len(there)) - np.repeat(starts, np.diff(starts, append=len(there)))
         result[there[rank >= MAX_BRANCHES]] = True
         return result
@@ -205,11 +205,11 @@ def _argsort(owner: Numbers, cost: NDArray[np.int64]) -> Numbers:
     key = (owner << BUDGET_BITS) | cost
     order = np.argsort(key)
     key = key[order]
-    equal = np.flatnonzero(key[1:] == key[:-1])
+    equal = flatnonzero(key[1:] == key[:-1])
     if len(equal):
         tied = np.zeros(len(key), bool)
         tied[equal] = tied[equal + 1] = True
-        equal = np.flatnonzero(tied)
+        equal = flatnonzero(tied)
         order[equal] = order[equal][np.lexsort((order[equal], key[equal]))]
     return order
 

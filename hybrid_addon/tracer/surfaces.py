@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,9 +18,9 @@ from numpy.typing import NDArray
 
 from ..expressions import WIDTHS, expressions_of, reads
 from ..scene import BLACK, WHITE, Expression, Float64, Surface, Texture
-from .columns import Columns, plain_columns
+from .columns import NOT_CROSSED, Columns, plain_columns
 from .constants import FAINT, MIRROR_ROUGHNESS, TRACED_ROUGHNESS
-from .fields import VARIABLE, Fields, constants
+from .fields import VARIABLE, Fields, constants, known_fields
 from .tabulated import Tabulated
 
 Bools = NDArray[np.bool_]
@@ -59,6 +60,11 @@ class SurfaceTable:
     def shades_locally(self) -> Bools:
         """(s,) whether Llocal needs working out."""
         return self.shades_ambient | self.shades_diffuse | self.shades_specular
+
+    @cached_property
+    def known(self) -> tuple[list[Fields], list[Fields]]:
+        """(s,) what no expression gives of them: of all fields, and of those that a crossing asks for."""
+        return [known_fields(s) for s in self.surfaces], [known_fields(s, NOT_CROSSED) for s in self.surfaces]
 
     @property
     def refracts(self) -> Bools:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Texture
 from .constants import MAX_TEXTURE_COORDINATE
-from .vectors import Array
+from .vectors import Array, flatnonzero
 
 Indices = NDArray[np.int64]
 
@@ -22,7 +22,7 @@ def sample_texture(texture: Texture, u: Array, v: Array) -> Float32:
     if texture.tiles:
         column, row = np.floor(x), np.floor(y)
         for (i, j), pixels in texture.tiles.items():
-            here = np.flatnonzero((column == i) & (row == j))
+            here = flatnonzero((column == i) & (row == j))
             if len(here):
                 found[:, here] = lookup(pixels, x[here] - i, y[here] - j, "EXTEND", "EXTEND", closest)
     return found
@@ -70,7 +70,7 @@ def _mix(a: Float32, b: Float32, t: Float32) -> Float32:
 
 def _texel(flat: Float32, i: Indices, j: Indices, width: int) -> Float32:
     """Texels (4, n); 0 outside, where a number is negative."""
-    outside = np.flatnonzero((i < 0) | (j < 0))
+    outside = flatnonzero((i < 0) | (j < 0))
     color = np.ascontiguousarray(flat.take(j * width + i, axis=0, mode="wrap").T)
     if len(outside):
         color[:, outside] = 0
@@ -79,7 +79,7 @@ def _texel(flat: Float32, i: Indices, j: Indices, width: int) -> Float32:
 
 def _wrap(i: Indices, size: int, extension: str) -> Indices:
     """Texel numbers brought into 0 .. size - 1; -1 outside of a CLIP image."""
-    outside = np.flatnonzero((i < 0) | (i >= size))
+    outside = flatnonzero((i < 0) | (i >= size))
     if len(outside) == 0:
         return i
     i, strays = i.copy(), i[outside]

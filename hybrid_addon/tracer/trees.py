@@ -11,6 +11,7 @@ from .constants import BUILD_SECONDS, QUERY_SECONDS, RAYS_PER_SAMPLE
 from .geometry import Geometry
 from .kept import Kept
 from .shapes import plane_distance
+from .vectors import flatnonzero
 
 Bools = NDArray[np.bool_]
 
@@ -27,9 +28,9 @@ class TwoTrees:
     def intersect(self, origin: Float32, direction: Float32) -> Int32:
         """As `TriangleScene.intersect`."""
         found, other = self._still.intersect(origin, direction), self._moving.intersect(origin, direction)
-        met = np.flatnonzero(other >= 0)
+        met = flatnonzero(other >= 0)
         rival, mine = other[met], found[met]
-        both = np.flatnonzero(mine >= 0)
+        both = flatnonzero(mine >= 0)
         nearer = np.ones(len(met), bool)
         rays = met[both]
         o, d = origin.take(rays, axis=1), direction.take(rays, axis=1)
@@ -45,7 +46,7 @@ class TwoTrees:
     def occluded(self, origin: Float32, direction: Float32, t_max: Float32) -> Bools:
         """As `TriangleScene.occluded`."""
         blocked = self._moving.occluded(origin, direction, t_max)
-        free = np.flatnonzero(~blocked)
+        free = flatnonzero(~blocked)
         blocked[free] = self._still.occluded(origin.take(free, axis=1), direction.take(free, axis=1), t_max[free])
         return blocked
 
@@ -61,7 +62,7 @@ def trees_over(geometry: Geometry, members: Bools, kept: Kept, divided: bool) ->
 def _tree(geometry: Geometry, members: Bools, kept: Kept) -> TriangleScene:
     if members.all():
         return kept.tree(geometry.vertices, geometry.triangles, None)
-    ids = np.flatnonzero(members).astype(np.int32)
+    ids = flatnonzero(members).astype(np.int32)
     return kept.tree(*_compact(geometry.vertices, geometry.triangles[ids]), ids)
 
 

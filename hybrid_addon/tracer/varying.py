@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..expressions import Evaluation
 from ..scene import Float32, Float64, Surface
-from .columns import NOT_CROSSED, ROWS, Columns, plain_columns
+from .columns import ROWS, Columns, plain_columns
 from .fields import fields_of, limited
 from .geometry import Geometry
 from .hitdata import HitData, Numbers
@@ -17,7 +17,7 @@ from .interaction import Interaction
 from .layers import layered_columns
 from .surfaces import SurfaceTable
 from .tabulated import factors
-from .vectors import ALL, Index, count, dot, select, take
+from .vectors import ALL, Index, count, dot, flatnonzero, select, take
 
 Bools = NDArray[np.bool_]
 
@@ -78,7 +78,7 @@ class _Varying:
         self.all_surfaces = geometry.surface.take(prim)
         self.surface = take(self.all_surfaces, varies)
         self.expressive: list[_Worn] = []
-        worn = np.flatnonzero(np.bincount(self.surface, minlength=len(table.varies)))
+        worn = flatnonzero(np.bincount(self.surface, minlength=len(table.varies)))
         for number in worn[table.expressive[worn]].tolist():
             members = select(self.surface == number)
             index = members if isinstance(varies, slice) else take(varies, members)
@@ -123,6 +123,6 @@ class _Varying:
                 values[ROWS[name], members] *= limited(name, evaluate(getattr(surface, name)))
             return
         cos = take(cos, members)
-        fields = fields_of(surface, evaluate, NOT_CROSSED if crossing else frozenset())
+        fields = fields_of(surface, evaluate, self.table.known[crossing][worn.number])
         found = layered_columns(fields, cos) if surface.layered else plain_columns(fields, len(cos))
         values[:, members] = found[: len(values)]

@@ -28,7 +28,7 @@ from .spawn import spawn
 from .sums import Sums
 from .tally import Tally
 from .varying import resolve
-from .vectors import Array, Index, count, largest_component, select, take
+from .vectors import Array, Index, count, flatnonzero, largest_component, select, take
 
 Watch = Callable[[Rays, Hits, Index, Interaction | None, Rays], None]
 """Told of each wave: its rays, their hits, which of them hit, what is known of those (None: no one hit), their rays."""
@@ -151,17 +151,17 @@ def _parts(rays: Rays, count: int) -> list[Rays]:
     pixel = rays.sample // count
     held = np.cumsum(np.bincount(pixel))  # by this and all pixels before it
     part = np.minimum(held * number // (held[-1] + 1), number - 1)[pixel]
-    return [rays.take(np.flatnonzero(part == p)) for p in reversed(np.unique(part).tolist())]
+    return [rays.take(flatnonzero(part == p)) for p in reversed(np.unique(part).tolist())]
 
 
 def _drop_untraceable(rays: Rays, sums: Sums, tally: Tally) -> Rays:
     sound = traceable(rays.origin, rays.direction)
     if sound.all():
         return rays
-    lost = rays.take(np.flatnonzero(~sound))
+    lost = rays.take(flatnonzero(~sound))
     tally.add("dropped", len(lost))
     sums.add_residual(lost.sample, lost.throughput)
-    return rays.take(np.flatnonzero(sound))
+    return rays.take(flatnonzero(sound))
 
 
 def _closest_hits(scene: CompiledScene, rays: Rays, by_camera: PrimitiveSet, tally: Tally) -> Hits:
@@ -175,7 +175,7 @@ def _closest_hits(scene: CompiledScene, rays: Rays, by_camera: PrimitiveSet, tal
         n = len(rays)
         hits = Hits(np.empty(n, np.int32), np.empty(n), np.empty((3, n)), np.empty(n))
         for members, primitives in ((rays.camera, by_camera), (~rays.camera, later)):
-            index = np.flatnonzero(members)
+            index = flatnonzero(members)
             part = primitives.nearest(rays.origin[:, index], rays.direction[:, index], tally)
             hits.prim[index], hits.t[index] = part.prim, part.t
             hits.normal[:, index], hits.toward[index] = part.normal, part.toward
@@ -256,7 +256,7 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tal
             radiance = weight * local_radiance(scene, seen, tally, cut)
             sums.add_radiance(sample, radiance, take(rays.branch, shaded))
             if seen.cut.any():
-                lost = np.flatnonzero(seen.cut)
+                lost = flatnonzero(seen.cut)
                 sums.add_residual(sample[lost], weight[:, lost])
             if at.lit is not None and seen.lit is not None:
                 at.lit[shaded] = seen.lit

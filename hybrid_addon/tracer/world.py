@@ -9,7 +9,7 @@ from ..scene import Float32, Float64, SunLight, Texture, World
 from .blur import BLUR_ROUGHNESS, blurred, levels
 from .sky import Sky
 from .textures import equirect_coordinates, lookup
-from .vectors import select, take
+from .vectors import flatnonzero, select, take
 
 FIRST_ORDER = 0.488602512  # of the spherical harmonics along an axis
 DERING_LENGTH = 4 * np.pi * FIRST_ORDER * (FIRST_ORDER * 2 / 3 + 0.05)
@@ -63,7 +63,7 @@ class CompiledWorld:
         level = levels(roughness)
         lower = np.minimum(level.astype(np.intp), len(BLUR_ROUGHNESS) - 2)
         result = np.zeros(direction.shape, np.float32)
-        for i in np.flatnonzero(np.bincount(lower)).tolist():
+        for i in flatnonzero(np.bincount(lower)).tolist():
             here = select(lower == i)
             t = (take(level, here) - i).astype(np.float32)
             for image, weight in ((self._blurred[i], 1 - t), (self._blurred[i + 1], t)):
