@@ -38,6 +38,9 @@ WORTH_IT = 1 << 17
 """Camera rays, below which starting processes, some milliseconds each, and copying what they touch cost too much."""
 
 RECORD = 8  # bytes of a portion's number; far below PIPE_BUF, so whole records are read and written
+BY_SIGNAL = 128
+"""Exit codes over this say that a process of one's own was ended by a signal, as those of shells do."""
+
 LONGEST_LINE = getattr(select, "PIPE_BUF", 512)  # bytes that are written at once, whoever else writes
 
 Work = Callable[[int], tuple[Tally, bool]]
@@ -64,15 +67,12 @@ class Forks:
         jobs_out, self._jobs = os.pipe()
         self._answers, answers_in = os.pipe()
         self._text = b""
-        self._children: list[int] = []
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # forks beside threads: see the head of this file
-            for _ in range(number):
-                child = os.fork()
-                if child == 0:
-                    os.close(self._jobs)  # or the end of the jobs would never be seen
-                    _serve(jobs_out, answers_in, work)
-                self._children.append(child)
+            is_parent, self._children = _fork(number)
+        if not is_parent:
+            os.close(self._jobs)  # or the end of the jobs would never be seen
+            _serve(jobs_out, answers_in, work, self._children)
         os.close(jobs_out)
         os.close(answers_in)
 
@@ -81,26 +81,18 @@ class Forks:
 
     def __exit__(self, *_: object) -> None:
         self.no_more()
-        for child in self._children:
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(child, signal.SIGKILL)  # one that has ended waits to be fetched: its number is not reused
-        self._fetch()
+        if self._children:
+            with contextlib.suppress(ProcessLookupError):  # one that has ended waits to be fetched: it is still a group
+                os.killpg(self._children[0], signal.SIGKILL)
+        _fetch(self._children)
         os.close(self._answers)
-
-    def _fetch(self) -> list[int]:
-        """Wait for the end of all; their exit codes, -n for signal n."""
-        codes = []
-        while self._children:
-            with contextlib.suppress(ChildProcessError):  # somebody else has fetched it
-                codes.append(os.waitstatus_to_exitcode(os.waitpid(self._children.pop(), 0)[1]))
-        return codes
 
     def check(self) -> None:
         """When all have ended: raises ForkKilled if not by themselves, for then nobody knows what they have added."""
-        killed = [-code for code in self._fetch() if code < 0]
+        killed = _fetch(self._children)
         if killed:
             raise ForkKilled(
-                f"{len(killed)} of the ray tracer's processes were ended by signal {killed[0]}: if the memory ran out, "
+                f"one of the ray tracer's processes was ended by signal {killed}: if the memory ran out, "
                 "fewer Threads need less"
             )
 
@@ -126,7 +118,44 @@ class Forks:
         return [_answer(line) for line in lines]
 
 
-def _serve(jobs: int, answers: int, work: Work) -> None:
+def _fork(number: int) -> tuple[bool, list[int]]:
+    """Start so many processes, of one group; whether this is the one that was there before, and its own children.
+
+    Each process starts half of those that are still to be started. Copying the page tables of a large one takes 10 ms
+    and more, which are not to be spent once for each, one after the other.
+    """
+    own: list[int] = []
+    is_parent, group = True, 0
+    while number > 0:
+        half = (number + 1) // 2
+        try:
+            child = os.fork()
+        except OSError:  # as many as the system allows: threads do what is left
+            break
+        if child == 0:
+            is_parent, own, number = False, [], half - 1
+        else:
+            own.append(child)
+            number -= half
+        if group == 0:
+            group = child or os.getpid()
+        if child == 0 or is_parent:  # both: nobody knows who comes first
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.setpgid(child, group)
+    return is_parent, own
+
+
+def _fetch(children: list[int]) -> int:
+    """Wait for the end of all; the signal that ended one of them, or one of theirs, 0 for none."""
+    found = 0
+    while children:
+        with contextlib.suppress(ChildProcessError):  # somebody else has fetched it
+            code = os.waitstatus_to_exitcode(os.waitpid(children.pop(), 0)[1])
+            found = found or -min(code, 0) or max(code - BY_SIGNAL, 0)
+    return found
+
+
+def _serve(jobs: int, answers: int, work: Work, children: list[int]) -> None:
     """A child's whole life. A portion that fails is not answered: the parent does it again, and fails as it should."""
     code = 1
     try:
@@ -138,7 +167,9 @@ def _serve(jobs: int, answers: int, work: Work) -> None:
             if len(line) > LONGEST_LINE:
                 break
             os.write(answers, line)
-        code = 0
+        os.close(answers)
+        killed = _fetch(children)
+        code = BY_SIGNAL + killed if killed else 0
     finally:
         os._exit(code)
 
