@@ -25,7 +25,7 @@ from .compiled import CompiledScene
 from .constants import NEAR_BALL, REACH_MARGIN
 from .film import grow
 from .lights import CompiledLight
-from .passes import Pass, Passes, Pixels
+from .passes import Pass, Passes, Pixels, workers
 from .tally import Tally
 from .totals import Totals
 from .vectors import dot
@@ -123,7 +123,7 @@ def _concerned(view: CompiledScene, pixels: Pixels, tally: Tally) -> Pixels:
         with np.errstate(all="ignore"):
             return band[_may_be_shadowed(view, band, casters, counted)], counted
 
-    with ThreadPoolExecutor(view.settings.threads or None) as pool:
+    with ThreadPoolExecutor(workers(view.settings)) as pool:
         for found, counted in pool.map(look, range(0, len(pixels), BAND)):
             reached[found] = True
             tally.merge(counted)

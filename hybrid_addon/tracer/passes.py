@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene import Settings
 from .camera import generate_rays, points_on_lens
 from .compiled import CompiledScene
 from .film import Grid, PixelFilter
@@ -62,6 +63,11 @@ another thread held when it was forked."""
 
 RUNS = 32
 """For each portion: from so many places of the picture at least."""
+
+
+def workers(settings: Settings) -> int:
+    """How many threads work at once."""
+    return min(settings.threads or os.cpu_count() or 1, MOST_THREADS)
 
 
 class Cancelled(Exception):
@@ -119,7 +125,7 @@ class Passes:
         threads = self.settings.threads or os.cpu_count() or 1
         n = len(pixels) * work.count
         forked = totals.shared and threads >= FEWEST and n >= WORTH_IT
-        threads = threads if forked else min(threads, MOST_THREADS)
+        threads = threads if forked else workers(self.settings)
         portions = _portions(pixels, work.count, threads, SHORT_PORTION if deadline < math.inf else LONGEST_PORTION)
         done, until = progress
         begun = shared_zeros((max(len(portions), 1),), np.int64)  # samples of each portion
@@ -134,7 +140,7 @@ class Passes:
         if forked:
             self.scene.build_all()
             left, in_time = _over_processes(min(threads, len(portions)), trace, begun, self.tally.merge, watch)
-        return self._over_threads(min(threads, MOST_THREADS), trace, left, self.tally.merge, watch) and in_time
+        return self._over_threads(workers(self.settings), trace, left, self.tally.merge, watch) and in_time
 
     def _over_threads(self, threads: int, trace: Work, portions: list[int], finished: Finished, watch: Watch) -> bool:
         """Do portions; whether all came to their end in time."""

@@ -11,7 +11,6 @@ Sources: Arvo 1986 (light from the lights); Veach 1997, 8.3.2 (particles seen by
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -28,6 +27,7 @@ from .constants import MAX_STRAIGHT_PASSES, SHADOW_REACH
 from .emission import emit, fading
 from .interaction import Interaction, interact
 from .lights import CompiledLight
+from .passes import workers
 from .rays import Rays, camera_rays, concatenate, offset_origin
 from .sampler import UInt32, hash32
 from .shadows import visibility
@@ -80,7 +80,7 @@ def caustic(scene: CompiledScene, mask: Float32 | None, tally: Tally, check: Cal
     total[4] = 1 if mask is None else np.asarray(mask).reshape(-1) < 1
     tracer = _Tracer(scene)
     work = [(beam, first) for beam in _beams(scene) for first in range(0, beam.count, CHUNK)]
-    threads = scene.settings.threads or os.cpu_count() or 1
+    threads = workers(scene.settings)
     with ThreadPoolExecutor(threads, thread_name_prefix="hybrid-photons") as pool:
         for start in range(0, len(work), 2 * threads):  # few at once: stopping must not wait for all
             check()

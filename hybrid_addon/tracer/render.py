@@ -15,7 +15,7 @@ from .constants import FAILED_PIXEL, FILL_SAMPLES
 from .data import depth_and_normal
 from .film import fill_from_neighbours
 from .kept import Kept
-from .passes import MOST_THREADS, Cancelled, Pass, Passes, Pixels, Progress
+from .passes import Cancelled, Pass, Passes, Pixels, Progress, workers
 from .photons import caustic
 from .schedule import END, Schedule, is_adaptive
 from .sums import wanted_parts
@@ -199,7 +199,7 @@ class _Frame:
             wanted[place] = True
             return int(np.count_nonzero(failed)), negative
 
-        with ThreadPoolExecutor(min(self.settings.threads or MOST_THREADS, MOST_THREADS)) as pool:
+        with ThreadPoolExecutor(workers(self.settings)) as pool:
             for failed, negative in pool.map(develop, range(0, len(self.grid), BAND)):
                 self.tally.add("nan_pixels", failed)
                 self.tally.add("negative_radiance", negative)
