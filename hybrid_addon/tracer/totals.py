@@ -17,6 +17,7 @@ from .sums import LIGHT_PASSES, Sums
 
 Bools = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
+Source = tuple[NDArray[np.signedinteger], Float64]
 
 RADIANCE, SEEN, RESIDUAL, OWN = slice(0, 3), 3, 4, slice(0, 4)
 """Rows of `Totals.given`; those of light passes follow."""
@@ -179,7 +180,7 @@ class Totals:
         """(3, m) radiance of pixels: the filtered mean over the samples that count; 0 where none does."""
 
         def mean(band: Pixels) -> Float32:
-            sums = self._gathered(band, OWN)
+            sums = self._gathered(self._sources(band), OWN)
             return _quotient(sums[RADIANCE], sums[SEEN])
 
         return _in_bands(mean, pixels)
@@ -194,7 +195,8 @@ class Totals:
 
         Light passes are 0 where they are not finite. Coverage is the share of the samples that count.
         """
-        sums, taken = self._gathered(pixels, slice(None)), self._taken(pixels)
+        sources = self._sources(pixels)
+        sums, taken = self._gathered(sources, slice(None)), self._taken(sources)
         parts = {
             name: np.nan_to_num(_quotient(sums[rows], sums[SEEN]), posinf=0, neginf=0)
             for name, rows in self.rows.items()
@@ -205,7 +207,7 @@ class Totals:
     def seen(self, pixels: Pixels) -> Bools:
         """Whether any sample counts for pixels (m,)."""
         rows = slice(SEEN, SEEN + 1)
-        return _in_bands(lambda band: self._gathered(band, rows)[0] > 0, pixels)
+        return _in_bands(lambda band: self._gathered(self._sources(band), rows)[0] > 0, pixels)
 
     def variance_of_mean(self, pixels: Pixels) -> Float32:
         """Squared error (m,) to expect of the means of some pixels (m,); NaN where unknown."""
@@ -219,31 +221,33 @@ class Totals:
         with np.errstate(all="ignore"):
             return np.asarray((total / known**2).astype(np.float32))
 
-    def _gathered(self, pixels: Pixels, rows: slice) -> Float64:
+    def _gathered(self, sources: list[Source], rows: slice) -> Float64:
         """(c, m): what pixels get from themselves and from those around them, each weighed by its number of samples."""
-        result = np.zeros((len(self.given[0, rows]), len(pixels)))
-        for plane, offset in zip(self.given, self.filter.offsets, strict=True):
-            source, share = self._sources(pixels, offset)
+        result = np.zeros((len(self.given[0, rows]), len(sources[0][0])))
+        for plane, (source, share) in zip(self.given, sources, strict=True):
             for row, values in zip(result, plane[rows], strict=True):
                 row += values.take(source) * share
         return result
 
-    def _taken(self, pixels: Pixels) -> Float64:
+    def _taken(self, sources: list[Source]) -> Float64:
         """(m,): what SEEN would be if all samples counted."""
         most = int(np.max(self.samples, initial=0))
         weights = np.zeros((len(self.filter.offsets), most + 1), np.float32)
         np.cumsum(self.filter.weights(0, most), axis=1, out=weights[:, 1:])
-        result = np.zeros(len(pixels))
-        for table, offset in zip(weights, self.filter.offsets, strict=True):
-            source, share = self._sources(pixels, offset)
+        result = np.zeros(len(sources[0][0]))
+        for table, (source, share) in zip(weights, sources, strict=True):
             result += table.take(self.samples[source]) * share
         return result
 
-    def _sources(self, pixels: Pixels, offset: tuple[int, int]) -> tuple[NDArray[np.signedinteger], Float64]:
-        """The pixels (m,) that give to pixels over `offset`, and one over the number of their samples, or 0."""
-        source = pixels if offset == (0, 0) else self.grid.neighbours(pixels, offset)
-        taken = self.samples[source]
-        return source, ((source >= 0) & (taken > 0)) / np.maximum(taken, 1)
+    def _sources(self, pixels: Pixels) -> list[Source]:
+        """For each offset of the filter, the pixels (m,) that give to `pixels` over it, and what they count: one over
+        the number of their samples, or 0."""
+        found = []
+        for offset in self.filter.offsets:
+            source = pixels if offset == (0, 0) else self.grid.neighbours(pixels, offset)
+            taken = self.samples[source]
+            found.append((source, ((source >= 0) & (taken > 0)) / np.maximum(taken, 1)))
+        return found
 
 
 def _in_bands(work: Callable[[Pixels], NDArray[Any]], pixels: Pixels) -> NDArray[Any]:
