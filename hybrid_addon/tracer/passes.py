@@ -234,8 +234,9 @@ def _portions(pixels: Pixels, count: int, threads: int, longest: int) -> list[Pi
     if number == 1:
         return [pixels] if len(pixels) else []
     run = max(1, len(pixels) // (number * RUNS))
-    portion = np.arange(len(pixels)) // run % number
-    return [pixels[portion == k] for k in range(number)]
+    whole = len(pixels) // (number * run) * (number * run)
+    rounds, rest = pixels[:whole].reshape(-1, number, run), pixels[whole:]
+    return [np.concatenate([rounds[:, k].reshape(-1), rest[k * run : (k + 1) * run]]) for k in range(number)]
 
 
 def _over_processes(

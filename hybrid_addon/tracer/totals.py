@@ -28,8 +28,8 @@ BAND = 1 << 16
 GIVEN_AT_ONCE = 1 << 13
 """Pixels whose samples are weighed at once: they stay in a core's cache."""
 
-ESTIMATED = 1 << 16
-"""An error is estimated from about so many pixels, evenly chosen."""
+ESTIMATED = 1 << 14
+"""An error is estimated from about so many pixels, evenly chosen: to a percent of itself."""
 
 
 @dataclass(eq=False)
