@@ -34,6 +34,12 @@ class Batch:
         return _transform(self.mesh.vertices.astype(np.float64), self.matrices)
 
     @cached_property
+    def handedness(self) -> Float64:
+        """(k,) sign of the determinant: -1 for mirrored instances, 0 for singular ones."""
+        a, b, c = self.matrices[:, 0, :3], self.matrices[:, 1, :3], self.matrices[:, 2, :3]
+        return np.asarray(np.sign((a * cross(b.T, c.T).T).sum(1)))
+
+    @cached_property
     def key(self) -> tuple[TriangleMesh, bytes]:
         """What all that can be kept of it depends on."""
         return self.mesh, self.matrices.tobytes()
@@ -82,8 +88,10 @@ def _transform(points: Float64, matrices: Float64) -> Float64:
 def bounds_of_instances(batch: Batch) -> Float64:
     """(k, 2, 3) lowest and highest coordinates of each instance's traceable vertices; low > high: none."""
     points = batch.vertices
-    usable = (np.abs(points) < EMBREE_LIMIT).all(axis=2, keepdims=True)  # False for NaN
-    low, high = np.where(usable, points, np.inf).min(axis=1), np.where(usable, points, -np.inf).max(axis=1)
+    size = np.abs(points)
+    usable = (size[..., 0] < EMBREE_LIMIT) & (size[..., 1] < EMBREE_LIMIT) & (size[..., 2] < EMBREE_LIMIT)  # not NaN
+    low = np.stack([np.where(usable, points[..., i], np.inf).min(axis=1) for i in range(3)], axis=1)
+    high = np.stack([np.where(usable, points[..., i], -np.inf).max(axis=1) for i in range(3)], axis=1)
     return np.stack([low, high], axis=1)
 
 
@@ -97,8 +105,8 @@ def shape_of(batch: Batch, center: Float64, use_normals: bool) -> Shape:
     facets, extent, sound = facets_of(vertices[triangles])
     normals, smooth = None, np.zeros(len(triangles), bool)
     if use_normals and mesh.normals is not None:
-        sign, corners = _handedness(batch.matrices), _wound(mesh.corners, batch)
-        normals = _corner_normals(mesh.normals, batch.matrices, sign, corners).reshape(-1, 9)
+        corners = _wound(mesh.corners, batch)
+        normals = _corner_normals(mesh.normals, batch.matrices, batch.handedness, corners).reshape(-1, 9)
         smooth = _is_smooth(normals, facets)
         normals = normals[sound]
     return Shape(vertices, triangles[sound], facets[sound], extent[sound], normals, smooth[sound], sound)
@@ -106,14 +114,10 @@ def shape_of(batch: Batch, center: Float64, use_normals: bool) -> Shape:
 
 def _wound(indices: Int32, batch: Batch) -> Int32:
     """(k, nt, 3): a mirrored instance turns its triangles over; swapping two corners turns them back."""
-    mirrored = _handedness(batch.matrices) < 0
+    mirrored = batch.handedness < 0
+    if not mirrored.any():
+        return np.broadcast_to(indices, (len(mirrored), *indices.shape))
     return np.where(mirrored[:, None, None], indices[None, :, [0, 2, 1]], indices[None])
-
-
-def _handedness(matrices: Float64) -> Float64:
-    """(k,) sign of the determinant: -1 for mirrored instances, 0 for singular ones."""
-    a, b, c = matrices[:, 0, :3], matrices[:, 1, :3], matrices[:, 2, :3]
-    return np.asarray(np.sign((a * cross(b.T, c.T).T).sum(1)))
 
 
 def surface_of_triangles(batch: Batch) -> Int32:
@@ -184,5 +188,5 @@ def _source(batch: Batch, key: str, corners: Int32) -> Float32 | None:
     world = np.concatenate(
         [_transform(local[:, :3].astype(np.float64), linear), np.empty((len(linear), len(local), 1))], 2
     )
-    world[..., 3] = local[:, 3] * np.where(_handedness(batch.matrices) < 0, -1, 1)[:, None]
+    world[..., 3] = local[:, 3] * np.where(batch.handedness < 0, -1, 1)[:, None]
     return world.astype(np.float32)[np.arange(len(linear))[:, None, None], corners]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..scene import Float64
 from .compiled import CompiledScene
 from .constants import CASTER_BALLS
+from .soup import corner_bounds
 
 Numbers = NDArray[np.intp]
 
@@ -35,8 +36,7 @@ def find_casters(scene: CompiledScene) -> list[Casters]:
     planes, members = members[members >= nt + ns], members[members < nt + ns]
     low, high = np.empty((len(members), 3)), np.empty((len(members), 3))
     flat = members < nt
-    corners = g.vertices[g.triangles[members[flat]]].astype(np.float64)
-    low[flat], high[flat] = corners.min(axis=1), corners.max(axis=1)
+    low[flat], high[flat] = corner_bounds(g.vertices, g.triangles[members[flat]])
     ball = members[~flat] - nt
     low[~flat] = g.sphere_center[ball] - g.sphere_radius[ball, None]
     high[~flat] = g.sphere_center[ball] + g.sphere_radius[ball, None]

@@ -101,7 +101,8 @@ def _center(scene: Scene, batches: list[Batch], spheres: Sequence[Sphere], kept:
 
     The camera's place if there is only the unbounded.
     """
-    everything, flagged = (_box(batches, spheres, kept, only_flagged) for only_flagged in (False, True))
+    boxes = [kept.take(("bounds", *batch.key), partial(bounds_of_instances, batch)) for batch in batches]
+    everything, flagged = (_box(batches, boxes, spheres, only_flagged) for only_flagged in (False, True))
     if not len(everything):
         return np.array(scene.camera.matrix_world, np.float64)[:3, 3]
     low, high = flagged if len(flagged) else everything
@@ -113,12 +114,11 @@ def _center(scene: Scene, batches: list[Batch], spheres: Sequence[Sphere], kept:
     return np.asarray(np.round(middle / step) * step)
 
 
-def _box(batches: list[Batch], spheres: Sequence[Sphere], kept: Kept, only_flagged: bool) -> Float64:
-    """(2, 3) lowest and highest coordinates; (0, 3) if there is nothing."""
+def _box(batches: list[Batch], bounds: list[Float64], spheres: Sequence[Sphere], only_flagged: bool) -> Float64:
+    """(2, 3) lowest and highest coordinates, bounds: those of the batches' instances; (0, 3) if there is nothing."""
     boxes = [np.zeros((0, 2, 3))]
-    for batch in batches:
-        chosen = [i.ray_traced or not only_flagged for i in batch.instances]
-        boxes.append(kept.take(("bounds", *batch.key), partial(bounds_of_instances, batch))[chosen])
+    for batch, of_instances in zip(batches, bounds, strict=True):
+        boxes.append(of_instances[[i.ray_traced or not only_flagged for i in batch.instances]])
     balls = [s for s in spheres if s.ray_traced or not only_flagged]
     boxes += [np.array([[np.subtract(s.center, s.radius), np.add(s.center, s.radius)]]) for s in balls]
     low, high = np.concatenate(boxes).transpose(1, 0, 2)

@@ -25,7 +25,7 @@ from .constants import (
 )
 from .geometry import Geometry
 from .media import Media
-from .soup import facets_of
+from .soup import corner_bounds, facets_of
 from .surfaces import SurfaceTable
 from .touching import Bodies, neighbour_extent, primitives_of
 from .vectors import cross, dot
@@ -131,9 +131,9 @@ def _bounds(g: Geometry, prims: Numbers) -> tuple[Float64, Float64, Float64]:
     if len(prims) == 0:
         return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
     runs = np.flatnonzero(np.diff(g.object[prims], prepend=-1))
-    corners = g.vertices[g.triangles[prims]]
-    low = np.minimum.reduceat(corners.min(axis=1), runs, axis=0).astype(np.float64)
-    high = np.maximum.reduceat(corners.max(axis=1), runs, axis=0).astype(np.float64)
+    low, high = corner_bounds(g.vertices, g.triangles[prims])
+    low = np.minimum.reduceat(low, runs, axis=0).astype(np.float64)
+    high = np.maximum.reduceat(high, runs, axis=0).astype(np.float64)
     return low, high, np.maximum.reduceat(g.extent[prims], runs).astype(np.float64)
 
 

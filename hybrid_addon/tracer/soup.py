@@ -48,6 +48,12 @@ def facets_of(points: Float32) -> tuple[Float64, Float32, Bools]:
     return facets, extent, sound
 
 
+def corner_bounds(vertices: Float32, triangles: NDArray[np.integer]) -> tuple[Float32, Float32]:
+    """Lowest and highest coordinates (n, 3) of triangles (n, 3): not by reductions over three, which are slow."""
+    a, b, c = (vertices.take(triangles[:, i], axis=0) for i in range(3))
+    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+
+
 def no_triangles() -> Soup:
     """The empty soup."""
     none = np.zeros(0, np.int32)

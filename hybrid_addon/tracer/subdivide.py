@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .constants import GRADING, LARGE_TRIANGLE, MAX_SMALL_OBJECTS, MAX_SPLITS, SMALLEST_EDGE
-from .soup import Soup, facets_of
+from .soup import Soup, corner_bounds, facets_of
 from .vectors import Array
 
 Numbers = NDArray[np.intp]
@@ -49,9 +49,9 @@ def _flagged_objects(mesh: Soup) -> Float64:
     if len(flagged) == 0:
         return np.zeros((0, 4))
     start = np.flatnonzero(np.diff(mesh.object[flagged], prepend=-1))
-    corners = mesh.vertices[mesh.triangles[flagged]]
-    low = np.minimum.reduceat(corners.min(axis=1), start, axis=0).astype(np.float64)
-    high = np.maximum.reduceat(corners.max(axis=1), start, axis=0).astype(np.float64)
+    low, high = corner_bounds(mesh.vertices, mesh.triangles[flagged])
+    low = np.minimum.reduceat(low, start, axis=0).astype(np.float64)
+    high = np.maximum.reduceat(high, start, axis=0).astype(np.float64)
     diameter = np.sqrt(((high - low) ** 2).sum(axis=1))
     return np.concatenate([(low + high) / 2, diameter[:, None]], axis=1)
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..scene import Float64
 from .constants import NEIGHBOUR_SWELLING, SWELLING, TOUCH_PAIRS
 from .geometry import Geometry
+from .soup import corner_bounds
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -83,8 +84,9 @@ def neighbour_extent(g: Geometry, solids: Bodies) -> Float64:
     margin = NEIGHBOUR_SWELLING * extent
     low, high = np.full((2, len(others), 3), np.inf)
     low = -low
-    low[: len(triangles)] = g.vertices[g.triangles[triangles]].min(axis=1) - margin[: len(triangles), None]
-    high[: len(triangles)] = g.vertices[g.triangles[triangles]].max(axis=1) + margin[: len(triangles), None]
+    lowest, highest = corner_bounds(g.vertices, g.triangles[triangles])
+    low[: len(triangles)] = lowest - margin[: len(triangles), None]
+    high[: len(triangles)] = highest + margin[: len(triangles), None]
     boxes, result = _Boxes(low, high), np.zeros(len(solids.first))
     for i in range(len(result)):
         own = SWELLING * float(solids.extent[i])
