@@ -230,6 +230,8 @@ def _portions(pixels: Pixels, count: int, threads: int, longest: int) -> list[Pi
     """Pixels with `count` samples each, dealt out in short runs to portions of at most `longest` samples."""
     n = len(pixels) * count
     wanted = max(-(-n // longest), min(PORTIONS * threads if threads > 1 else 1, n // SMALLEST_PORTION))
+    if wanted > threads:  # in whole rounds, or some would wait for the others' last
+        wanted = -(-wanted // threads) * threads
     number = max(1, min(wanted, len(pixels)))
     if number == 1:
         return [pixels] if len(pixels) else []

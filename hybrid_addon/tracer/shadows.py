@@ -28,7 +28,7 @@ from .vectors import Array, Index, count, flatnonzero, select, take
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 
-TOGETHER = 1 << 12
+TOGETHER = 1 << 13
 """Shadow rays, of several lights or points of lights, that are followed at once. A question costs a millisecond however
 few they are; of many the work is most of the time, and wants the cache."""
 
