@@ -50,7 +50,10 @@ def sync(
     for user_node in render_layers(tree, scene, source.name):
         hybrid = stand_ins.pop(user_node.name, None) or _insert(tree, user_node)
         _divert(tree, user_node, hybrid)
-        raster = {"HYBRID": (mask_node, "Image"), "RASTER": (user_node, "Image"), "RETRACE": (trace_node, "Raster")}
+        # With a window Blender composites anew whenever nodes change, with what the last render left: after a retrace
+        # that is our pass alone, which holds EEVEE's half bit for bit.
+        drawn = (mask_node, "Image") if bpy.app.background else (trace_node, "Raster")
+        raster = {"HYBRID": drawn, "RASTER": (user_node, "Image"), "RETRACE": (trace_node, "Raster")}
         node, output = raster.get(mode, (None, ""))
         _link(tree, hybrid.inputs["Raster"], node and node.outputs[output])
         _link(tree, hybrid.inputs["Traced"], None if mode == "RASTER" else trace_node.outputs["Image"])

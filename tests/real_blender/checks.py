@@ -321,8 +321,9 @@ def test_a_retrace_in_a_window_is_the_whole_render(blender: Blender, folder: Pat
     """By the button's operator, as a job; into the Render Result, equal to F12 with the same settings."""
     printed = blender(scene, "--python", HERE / "retrace.py", "--", folder / "retrace", command=XVFB_BLENDER)
     assert "RETRACE: done" in printed, printed
-    first, again, whole = (read(folder / f"retrace_{name}.exr") for name in ("first", "again", "whole"))
+    first, again, later, whole = (read(folder / f"retrace_{name}.exr") for name in ("first", "again", "later", "whole"))
     np.testing.assert_array_equal(again, whole)
+    np.testing.assert_array_equal(later, whole)
     assert np.abs(first - again).max() > 0.01
 
 

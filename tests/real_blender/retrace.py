@@ -2,8 +2,8 @@
 
 xvfb-blender FILE.blend --python retrace.py -- PREFIX
 
-Writes PREFIX_first.exr, PREFIX_again.exr (retraced) and PREFIX_whole.exr (rendered with the same settings), and the
-screenshot PREFIX_window.png of both panels.
+Writes PREFIX_first.exr, PREFIX_again.exr (retraced), PREFIX_later.exr (the same, a second later) and PREFIX_whole.exr
+(rendered with the same settings), and the screenshot PREFIX_window.png of both panels.
 """
 
 import os
@@ -58,6 +58,7 @@ def steps() -> Iterator[float]:
     yield 1.0
     assert not pipeline.retraced and retrace.why_not(scene) == "", retrace.why_not(scene)
     screen.shoot(f"{PREFIX}_window.png")
+    images.write_render_result(f"{PREFIX}_later.exr", scene)  # the nodes are back: Blender has composited once more
     yield from job("whole", lambda: bpy.ops.render.render("INVOKE_DEFAULT"))
     pipeline.flagged_objects(scene)[0].location.x += 0.1
     yield 1.0
