@@ -9,6 +9,8 @@ Layers node fed (Image, Alpha) is fed by the Hybrid node instead:
 The group adds all four channels: the raster half is already multiplied by 1 - coverage and the traced half by coverage
 (both associated alpha), so the plain sum is exact at every edge. In RASTER mode the user's own layer goes through the
 group with nothing to add, in FULL mode nothing but the traced half. In a retrace both halves are the tracer's.
+
+With a window Raster comes from the trace scene's pass of that name, which holds the same bits: see `sync`.
 """
 
 from __future__ import annotations
