@@ -18,6 +18,7 @@ from . import engine, images, keep, opengl, pipeline, results
 from . import retrace as again
 from .errors import HybridError
 from .scan import advise, explain, plan
+from .settings import public_settings
 
 __all__ = [
     "HybridError", "HybridResult", "advise", "disable", "enable", "explain", "mark", "plan", "render", "retrace",
@@ -318,7 +319,7 @@ def _raster_report(scene: bpy.types.Scene, resolution: tuple[int, int]) -> dict[
     nothing_flagged = scene.hybrid.mode == "HYBRID"
     return frame_report(
         versions=engine.versions(),
-        settings=engine.public_settings(scene),
+        settings=public_settings(scene),
         frame=scene.frame_current,
         resolution=resolution,
         mask=np.zeros((1, 1), np.float32),

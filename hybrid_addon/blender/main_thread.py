@@ -13,7 +13,7 @@ import contextlib
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
@@ -42,19 +42,17 @@ def call(work: Callable[[], T], check: Callable[[], None] | None = None) -> T:
     future: Future[T] = Future()
     _asked.put((future, work))
     began = time.perf_counter()
-    while True:
-        with contextlib.suppress(TimeoutError):
-            return future.result(POLL_SECONDS)
-        if future.running():  # soon done, and not to be stopped
-            continue
-        try:
+    try:
+        while not wait([future], POLL_SECONDS).done:
             if check is not None:
                 check()
-        except BaseException:
-            future.cancel()
-            raise
-        if time.perf_counter() - began > PATIENCE_SECONDS and future.cancel():
-            return work()
+            if time.perf_counter() - began > PATIENCE_SECONDS and future.cancel():
+                return work()
+    except BaseException:
+        if not future.cancel():  # it is being done: what it works with must not go meanwhile
+            wait([future])
+        raise
+    return future.result()
 
 
 def _serve() -> float:

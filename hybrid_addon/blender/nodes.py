@@ -3,14 +3,16 @@
 For each Render Layers node that shows the user's view layer there is one *Hybrid* group node, and whatever that Render
 Layers node fed (Image, Alpha) is fed by the Hybrid node instead:
 
-    Render Layers (Hybrid Mask) --Raster-->  Hybrid  --> what the user's Render Layers fed
-    Render Layers (Hybrid Trace) --Traced-->
+    Render Layers (Hybrid Mask)                           which only stands there, so that Blender renders that layer
+    Render Layers (Hybrid Trace) --Raster-->  Hybrid  --> what the user's Render Layers fed
+                                 --Traced-->
 
 The group adds all four channels: the raster half is already multiplied by 1 - coverage and the traced half by coverage
 (both associated alpha), so the plain sum is exact at every edge. In RASTER mode the user's own layer goes through the
-group with nothing to add, in FULL mode nothing but the traced half. In a retrace both halves are the tracer's.
+group with nothing to add, in FULL mode nothing but the traced half.
 
-With a window Raster comes from the trace scene's pass of that name, which holds the same bits: see `sync`.
+Both halves are passes of the trace scene, the raster one bit for bit what EEVEE drew: with a window Blender composites
+anew whenever nodes change, with what the last render left, and a retrace leaves nothing of EEVEE.
 """
 
 from __future__ import annotations
@@ -52,12 +54,8 @@ def sync(
     for user_node in render_layers(tree, scene, source.name):
         hybrid = stand_ins.pop(user_node.name, None) or _insert(tree, user_node)
         _divert(tree, user_node, hybrid)
-        # With a window Blender composites anew whenever nodes change, with what the last render left: after a retrace
-        # that is our pass alone, which holds EEVEE's half bit for bit.
-        drawn = (mask_node, "Image") if bpy.app.background else (trace_node, "Raster")
-        raster = {"HYBRID": drawn, "RASTER": (user_node, "Image"), "RETRACE": (trace_node, "Raster")}
-        node, output = raster.get(mode, (None, ""))
-        _link(tree, hybrid.inputs["Raster"], node and node.outputs[output])
+        drawn = trace_node.outputs["Raster"] if mode in {"HYBRID", "RETRACE"} else None
+        _link(tree, hybrid.inputs["Raster"], user_node.outputs["Image"] if mode == "RASTER" else drawn)
         _link(tree, hybrid.inputs["Traced"], None if mode == "RASTER" else trace_node.outputs["Image"])
         _mute_ours(user_node, mode in {"FULL", "RETRACE"} and not other_outputs(user_node))
     for orphan in stand_ins.values():

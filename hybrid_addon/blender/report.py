@@ -33,6 +33,7 @@ from ..report.sweep import (
 from ..scene import Float32, Float64, Settings
 from . import api, cycles, engine, files, pipeline, results
 from .errors import HybridError
+from .settings import public_settings, tracer_settings
 from .sync import Translation, translate
 from .sync.light import Falloff
 
@@ -82,7 +83,7 @@ def write(
             "kind": "own", **deep.quality.values(), "seconds": deep.seconds, "floor_rmse": deep.floor,
             "hash": _hash(deep.picture),
         },
-        "settings": engine.public_settings(scene),
+        "settings": public_settings(scene),
         "time": {"translate": base, "build": studio.build},
         "knobs": single,
         "points": [{**p.as_dict(seconds), "alone": p.quality == axes.deep(p.quality.samples)} for p in points],
@@ -128,7 +129,7 @@ def _raster(scene: bpy.types.Scene, say: Say) -> tuple[Float32 | None, Float32 |
 
 def _settings(scene: bpy.types.Scene) -> Settings:
     """The scene's, without what is done to EEVEE's half: the report is of the ray traced one."""
-    return replace(engine.tracer_settings(scene), raster_shadows=False)
+    return replace(tracer_settings(scene), raster_shadows=False)
 
 
 def _translated(scene: bpy.types.Scene, size: Size, light_falloff: Falloff) -> Translation:

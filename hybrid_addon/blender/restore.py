@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-OF_RENDER = ("use_single_layer", "compositor_device")
+OF_RENDER = frozenset({"use_single_layer", "compositor_device"})
 """Plain values of `Scene.render`."""
 
 
@@ -27,13 +27,6 @@ class Restore:
         """The user's value, or the default."""
         return self._values.get(name, default)
 
-    def put_back(self, *names: str) -> None:
-        """Give `Scene.render` the user's values of these again, and forget them."""
-        for name in names:
-            if name in self._values:
-                with contextlib.suppress(TypeError):  # not one that it can have: somebody else wrote it
-                    setattr(self._scene.render, name, self._values.pop(name))
-
     def forget(self, *names: str) -> None:
         """Let what the pipeline made of these stand."""
         for name in names:
@@ -47,7 +40,9 @@ class Restore:
 
     def clear(self) -> None:
         """Put the settings back that are plain values of the scene, and forget everything."""
-        self.put_back(*OF_RENDER)
+        for name in self._values.keys() & OF_RENDER:
+            with contextlib.suppress(TypeError):  # not a value that it can have: somebody else wrote it
+                setattr(self._scene.render, name, self._values[name])
         self._values = {}
         self._scene.hybrid.property_unset("restore")
 

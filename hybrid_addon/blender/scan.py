@@ -10,8 +10,9 @@ import bpy
 import numpy as np
 
 from ..scene import Raster, Scene
-from . import engine, pipeline, raster
+from . import pipeline, raster
 from .errors import HybridError
+from .settings import public_settings, tracer_settings
 
 if TYPE_CHECKING:
     from .sync import Translation
@@ -24,13 +25,13 @@ def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     scene = scene or bpy.context.scene
     translation = translated(scene)
     mode = pipeline.effective_mode(scene)
-    planned = None if mode == "RASTER" else describe(_with_raster(scene, translation), engine.tracer_settings(scene))
+    planned = None if mode == "RASTER" else describe(_with_raster(scene, translation), tracer_settings(scene))
     return {
         "scene": scene.name,
         "mode": mode,
         "why": "" if mode == scene.hybrid.mode else "no object is ray traced",
         "ray_traced": [ob.name for ob in pipeline.flagged_objects(scene)],
-        "settings": engine.public_settings(scene),
+        "settings": public_settings(scene),
         "counts": dict(translation.counts),
         "skipped": [] if planned is None else list(planned.skipped),
         "prunings": [] if planned is None else planned.table(),
@@ -60,7 +61,7 @@ def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
 
     scene = scene or bpy.context.scene
     translation = translated(scene)
-    settings = engine.tracer_settings(scene)
+    settings = tracer_settings(scene)
     blended = {m.name for m in bpy.data.materials if m.surface_render_method == "BLENDED"}
     try:
         found = survey(translation.scene, settings, frozenset(blended))
@@ -96,7 +97,7 @@ def explain(x: int, y: int, scene: bpy.types.Scene | None = None) -> str:
     width, height = full_size(scene)
     if not (0 <= x < width and 0 <= y < height):
         raise HybridError(f"pixel {x}, {y} lies outside the frame of {width} x {height}")
-    ours, settings = translated(scene).scene, engine.tracer_settings(scene)
+    ours, settings = translated(scene).scene, tracer_settings(scene)
     try:
         validate(ours, settings, None)
     except ValueError as error:

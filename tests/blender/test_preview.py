@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender import engine, images, results
+from hybrid_addon.blender import images, results
 from hybrid_addon.blender.preview import view as view_module
 from hybrid_addon.blender.preview.display import Display
 from hybrid_addon.blender.preview.job import Job
 from hybrid_addon.blender.preview.view import View
+from hybrid_addon.blender.settings import preview_settings
 from hybrid_addon.blender.sync import Warnings, translate
 from hybrid_addon.blender.sync.camera import translate_camera
 from hybrid_addon.tracer import trace
@@ -95,7 +96,7 @@ def finish(job):
 def test_the_last_picture_is_what_a_render_traces(scene):
     view = view_through_camera(scene)
     ours = translated(scene, view)
-    settings = engine.preview_settings(scene)
+    settings = preview_settings(scene)
     job = Job(ours, view, settings, Display.of(scene), budget=20.0)
     finish(job)
     picture = job.take_picture()
@@ -110,7 +111,7 @@ def test_the_last_picture_is_what_a_render_traces(scene):
 def test_a_dropped_job_ends_soon(scene):
     view = view_through_camera(scene, (1920, 1080))
     scene.hybrid.samples = 4
-    job = Job(translated(scene, view), view, engine.preview_settings(scene), Display.of(scene), budget=60.0)
+    job = Job(translated(scene, view), view, preview_settings(scene), Display.of(scene), budget=60.0)
     began = time.perf_counter()
     job.join()
     assert job.done and time.perf_counter() - began < 5
@@ -120,7 +121,7 @@ def test_a_job_says_what_it_cannot_trace(scene):
     view = view_through_camera(scene)
     broken = translated(scene, view)
     object.__setattr__(broken.surfaces[0], "ior", -1.0)
-    job = Job(broken, view, engine.preview_settings(scene), Display.of(scene), budget=1.0)
+    job = Job(broken, view, preview_settings(scene), Display.of(scene), budget=1.0)
     finish(job)
     assert "ior" in job.problem and job.take_picture() is None
 

@@ -16,7 +16,8 @@ import bpy
 import numpy as np
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender import cycles, engine, results
+from hybrid_addon.blender import cycles, results
+from hybrid_addon.blender.settings import tracer_settings
 from hybrid_addon.blender.sync import Translation, translate
 from hybrid_addon.report import metrics
 from hybrid_addon.scene import Settings
@@ -40,7 +41,7 @@ def against_cycles(bench: Bench) -> list[Table]:
     size = (128, 96) if bench.quick else (512, 384)
     target = 4 * TARGET if bench.quick else TARGET
     scene = two_spheres(size)
-    settings = replace(engine.tracer_settings(scene), max_depth=DEPTH, adaptive=ADAPTIVE, cutoff=CUTOFF)
+    settings = replace(tracer_settings(scene), max_depth=DEPTH, adaptive=ADAPTIVE, cutoff=CUTOFF)
     scene.view_layers[0].update()
     data = _translated(scene, size).scene
     mask = trace(data, replace(settings, samples=16, adaptive=0.0)).coverage

@@ -8,7 +8,8 @@ from typing import Any
 import bpy
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender import engine, opengl, pipeline, results
+from hybrid_addon.blender import opengl, pipeline, results
+from hybrid_addon.blender.settings import tracer_settings
 from hybrid_addon.blender.sync import translate
 from hybrid_addon.scene import Float32, Scene, Settings
 from hybrid_addon.tracer import trace
@@ -62,7 +63,7 @@ def translated(name: str, size: Size) -> tuple[Scene, Settings]:
     layer = scene.view_layers[0]
     layer.update()
     translation = translate(layer.depsgraph, scene, size, (0, 0, *size), light_falloff=scene.hybrid.light_falloff)
-    return translation.scene, engine.tracer_settings(scene)
+    return translation.scene, tracer_settings(scene)
 
 
 def traced(scene: Scene, settings: Settings, mask: Float32 | None = None) -> dict[str, Any]:

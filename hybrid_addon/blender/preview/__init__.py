@@ -18,8 +18,9 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import engine, keep, pipeline
+from .. import keep, pipeline
 from ..errors import HybridError
+from ..settings import preview_settings
 from .display import Display
 from .draw import Quad
 from .job import Job
@@ -188,7 +189,7 @@ def _start(viewport: _Viewport) -> Job | None:
         viewport.status = str(error)
         return None
     compiled = _compiled[1] if _compiled is not None and _compiled[0] is translated else None
-    settings = engine.preview_settings(scene)
+    settings = preview_settings(scene)
     trees = None if _left is None else _left.trees
     return Job(translated, viewport.view, settings, Display.of(scene), scene.hybrid.preview_budget, compiled, trees)
 
