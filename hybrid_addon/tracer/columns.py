@@ -1,15 +1,18 @@
-"""Columns: the numbers of the surface model, packed into one float32 array, a column for each surface or hit.
+"""Columns: the numbers of the surface model, packed into one float32 array, and which of them each hit has.
 
-Rows that stand together are gathered together. IORs are not among them: they are float64, and the same all over a
-surface.
+A surface has one column; one with layers has many, for as many view angles (see `tabulated`); where expressions tell,
+a hit has one of its own (see `varying`). Rows that stand together are gathered together, when somebody asks for them,
+of the hits that are asked for: nobody ever asks for all. IORs are not among them: they are float64, and the same all
+over a surface.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .constants import MIN_ROUGHNESS
@@ -56,14 +59,52 @@ NOT_CROSSED = frozenset(("base_color", "specular", "emission", "reflection_tint"
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """values: (HEIGHT, c) float32; for shadow rays that cross surfaces only the rows CROSSING."""
+    """Columns, and what is between them.
+
+    values : (rows, c) float32, all rows or those CROSSING.
+    more   : (rows, t) float32, how much more the next column has, of the first t; of the others none is asked.
+    slopes : names of what is not the same at all view angles.
+    """
 
     values: Float32
+    more: Float32
+    slopes: frozenset[str]
 
-    def take(self, name: str, index: Index) -> Float32:
-        """(m,) or (3, m) of the columns `index`; a view where these are all."""
-        rows = self.values[ROWS[name]]
-        return take(rows[0] if len(rows) == 1 else rows, index)
+
+@dataclass(frozen=True, eq=False)
+class HitValues:
+    """The numbers of n hits.
+
+    place   : (n,) intp, their columns.
+    share   : (n,) float32, how far each is on its way to the next column; None: nowhere.
+    factors : by name, (3, n) float32, what columns are to be multiplied by; of some names, if any.
+    """
+
+    columns: Columns
+    place: NDArray[np.intp]
+    share: Float32 | None = None
+    factors: Mapping[str, Float32] = field(default_factory=dict)
+
+    def value(self, name: str, index: Index) -> Float32:
+        """(m,) or (3, m) float32 of the hits `index`."""
+        columns, rows, place = self.columns, ROWS[name], take(self.place, index)
+        one_row = WIDTHS[name] == 1
+        values = columns.values[rows.start] if one_row else columns.values[rows]
+        result: Float32 = values.take(place, axis=-1, mode="clip")
+        if self.share is not None and name in columns.slopes:
+            more = columns.more[rows.start] if one_row else columns.more[rows]
+            step: Float32 = more.take(place, axis=-1, mode="clip")  # columns of hits come last, and have no next
+            step *= take(self.share, index)
+            result += step
+        if name in self.factors:
+            result *= take(self.factors[name], index)
+        return result
+
+    def take(self, index: Index) -> HitValues:
+        """Those of the hits `index`, in that order."""
+        share = None if self.share is None else take(self.share, index)
+        factors = {name: take(factor, index) for name, factor in self.factors.items()}
+        return HitValues(self.columns, take(self.place, index), share, factors)
 
 
 def pack(numbers: Mapping[str, Array], n: int) -> Float32:

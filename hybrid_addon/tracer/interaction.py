@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
-from .columns import Columns
+from .columns import HitValues
 from .geometry import Geometry
 from .primitives import Hits, barycentrics
 from .rays import Rays, offset_origin, origin_offset
@@ -26,8 +26,7 @@ class Interaction:
     prim        : (n,) intp
     table       : the scene's surfaces
     surface     : (n,) intp, which of them
-    columns     : their numbers, or numbers of their own for hits on surfaces that vary
-    column      : which of these are each hit's: (n,) intp, or all in order
+    values      : their numbers of the surface model
     entering    : (n,) bool, the ray comes from the primitive's outer side
     point       : (3, n) float64, in the primitive's plane
     n_geometric : (3, n) float32
@@ -45,8 +44,7 @@ class Interaction:
     prim: Numbers
     table: SurfaceTable
     surface: Numbers
-    columns: Columns
-    column: Index
+    values: HitValues
     entering: NDArray[np.bool_]
     point: Float64
     n_geometric: Float32
@@ -62,9 +60,7 @@ class Interaction:
 
     def value(self, name: str, index: Index = ALL) -> Float32:
         """Numbers (m,) or (3, m) of the surface model (columns.WIDTHS) for the hits `index`; not to be written to."""
-        if isinstance(index, slice):
-            return self.columns.take(name, self.column)
-        return self.columns.take(name, index if isinstance(self.column, slice) else take(self.column, index))
+        return self.values.value(name, index)
 
     def inner(self, index: Index) -> Float32:
         """Origins (3, m) of new rays on the far side, for the hits `index`."""
@@ -82,8 +78,7 @@ class Interaction:
             prim=take(self.prim, index),
             table=self.table,
             surface=take(self.surface, index),
-            columns=self.columns,
-            column=index if isinstance(self.column, slice) else take(self.column, index),
+            values=self.values.take(index),
             entering=take(self.entering, index),
             point=take(self.point, index),
             n_geometric=n_geometric,
@@ -116,8 +111,7 @@ def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays, ch
         prim=prim,
         table=table,
         surface=surface,
-        columns=table.columns,
-        column=surface,
+        values=HitValues(table.columns, surface),
         entering=entering,
         point=point,
         n_geometric=n_geometric,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +22,7 @@ from .rays import offset_origin, origin_offset
 from .scattering import both_faces, fresnel_dielectric, simple_caustic
 from .tally import Tally
 from .varying import resolve_crossings
-from .vectors import Array, Index, count, flatnonzero, select, take
+from .vectors import ALL, Array, Index, count, flatnonzero, select, take
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -211,18 +210,17 @@ def _transmittance(
         active, d, prim, t = active[crossed], d.take(crossed, axis=1), hits.prim[crossed], hits.t[crossed]
         normal, toward = hits.normal.take(crossed, axis=1), hits.toward[crossed]
         table, surface = scene.surfaces, geometry.surface.take(prim)
-        columns, column = table.columns, cast(Index, surface)
+        cos = np.abs(toward)
+        seen = table.tabulated.look_up(surface, cos.astype(np.float32))
         if table.varies_through.take(surface).any():
-            at = origin[:, crossed] + d * t
-            columns, column = resolve_crossings(
-                geometry, table, prim.astype(np.intp), at, toward < 0, -normal * np.sign(toward), d
-            )
-        fresnel, tint = fresnel_dielectric(np.abs(toward), table.ior.take(surface)), columns.take("tint", column)
+            at, facing = origin[:, crossed] + d * t, -normal * np.sign(toward)
+            seen = resolve_crossings(geometry, table, prim.astype(np.intp), at, toward < 0, facing, d, seen)
+        fresnel, tint = fresnel_dielectric(cos, table.ior.take(surface)), seen.value("tint", ALL)
         thin = scene.media.is_thin(prim.astype(np.intp))
         fresnel, tint = both_faces(fresnel, tint, thin)
-        share = columns.take("interface", column) * (1 - fresnel)
+        share = seen.value("interface", ALL) * (1 - fresnel)
         if scene.settings.caustics == "SIMPLE":
-            focused = simple_caustic(np.abs(toward), table.ior.take(surface))
+            focused = simple_caustic(cos, table.ior.take(surface))
             share = share * (focused if thin is None else np.where(thin, 1.0, focused))
         passed = result.take(active, axis=1)
         passed *= (tint * share).astype(np.float32)

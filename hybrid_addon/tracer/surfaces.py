@@ -32,7 +32,6 @@ THROUGH = ("reflectivity", "opacity", "transmission_tint")
 class SurfaceTable:
     """One column for each of the s surfaces of a scene (one default surface if it has none)."""
 
-    columns: Columns  # what hits gather
     ior: Float64  # (s,) inside over outside
 
     emits: Bools  # (s,) Le is not 0
@@ -47,14 +46,19 @@ class SurfaceTable:
     shadow_opaque: Bools  # (s,) blocks every shadow ray
     shadow_clear: Bools  # (s,) lets every shadow ray pass unchanged
 
-    varies: Bools  # (s,) each hit has a column of its own
-    expressive: Bools  # (s,) and expressions tell of it
-    varies_through: Bools  # (s,) and what it lets through is not the same everywhere
+    varies: Bools  # (s,) what a hit gathers depends on its angle or place
+    expressive: Bools  # (s,) expressions tell of it
+    varies_through: Bools  # (s,) and of what it lets through
     layered: Bools  # (s,) it answers in layers
     blurs: Bools  # (s,) and may show the world blurred
-    tabulated: Tabulated  # what of them the cosine tells
+    tabulated: Tabulated  # what hits gather, by their cosines
     surfaces: tuple[Surface, ...]
     blur_roughness: tuple[float, float]  # of reflections that show the world blurred
+
+    @property
+    def columns(self) -> Columns:
+        """What hits gather."""
+        return self.tabulated.columns
 
     @property
     def shades_locally(self) -> Bools:
@@ -122,12 +126,12 @@ def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
     layered = np.array([s.layered for s in surfaces])
     through = [any(isinstance(getattr(s, name), Expression) for name in THROUGH) for s in surfaces]
     expressive = np.array([any(True for _ in expressions_of(s)) for s in surfaces])
-    tabulated = Tabulated(surfaces)
+    tabulated = Tabulated(surfaces, plain_columns(high, len(surfaces)))
     blurs = layered & tabulated.blurs
     table = SurfaceTable(
-        Columns(plain_columns(high, len(surfaces))), high["ior"][0], **_flags(low, high),
+        high["ior"][0], **_flags(low, high),
         varies=layered | expressive, expressive=expressive,
-        varies_through=layered | through, layered=layered, blurs=blurs, tabulated=tabulated,
+        varies_through=(layered | through) & expressive & ~tabulated.known, layered=layered, blurs=blurs, tabulated=tabulated,
         surfaces=surfaces, blur_roughness=_blur_roughness(low, high, blurs),
     )  # fmt: skip
     table = _with_layers(table, low, high, layered) if layered.any() else table

@@ -13,13 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..expressions import expressions_of
-from ..scene import WHITE, Expression, Float32, Float64, Surface
-from .columns import CROSSING, HEIGHT, ROWS
+from ..scene import WHITE, Expression, Float32, Surface
+from .columns import ROWS, Columns, HitValues
 from .constants import COSINES
 from .fields import fields_of
 from .layers import layered_columns
-
-Numbers = NDArray[np.intp]
+from .vectors import flatnonzero
 
 FACTORS = ("base_color", "emission")
 """Fields that the columns of their names are in proportion to; of a colour under sheen, the rest is not."""
@@ -28,31 +27,38 @@ FACTORS = ("base_color", "emission")
 class Tabulated:
     """Of the s surfaces of a scene.
 
-    row   : (s,) intp, the place of each in the table; negative: it is not there.
-    blurs : (s,) bool, it shows the world blurred; of those that are not there, unknown and hence True.
+    known   : (s,) bool, which of them are in the table.
+    blurs   : (s,) bool, they show the world blurred; of those that are not in the table, unknown and hence True.
+    columns : one of each surface, as `plain` says, then COSINES of each that is in the table.
     """
 
-    def __init__(self, surfaces: tuple[Surface, ...]) -> None:
-        self.row = np.full(len(surfaces), -1, np.intp)
-        fit = [number for number, surface in enumerate(surfaces) if is_tabulated(surface)]
-        self.row[fit] = np.arange(len(fit))
+    def __init__(self, surfaces: tuple[Surface, ...], plain: Float32) -> None:
+        """plain: (HEIGHT, s), columns of surfaces that are the same all over and from all sides."""
+        self.known = np.array([is_tabulated(surface) for surface in surfaces])
+        fit = flatnonzero(self.known)
         cos = np.linspace(0, 1, COSINES)
-        columns = [layered_columns(fields_of(_white(surfaces[number])), cos) for number in fit]
-        values = np.stack(columns) if columns else np.zeros((0, HEIGHT, COSINES), np.float32)
+        tables = [layered_columns(fields_of(_white(surfaces[number])), cos) for number in fit]
         self.blurs = np.ones(len(surfaces), bool)
-        self.blurs[fit] = (values[:, ROWS["lobe_blurred"].start : ROWS["coat_blurred"].stop] != 0).any(axis=(1, 2))
-        self._used = np.flatnonzero((values != 0).any(axis=(0, 2)))
-        self._all, self._crossing = _steps(values[:, self._used]), _steps(values[:, CROSSING])
+        blurred = slice(ROWS["lobe_blurred"].start, ROWS["coat_blurred"].stop)
+        self.blurs[fit] = [bool((values[blurred] != 0).any()) for values in tables]
+        values = np.concatenate([plain, *tables], axis=1)
+        more = np.zeros_like(values)
+        for number in range(len(tables)):
+            part = slice(len(surfaces) + number * COSINES, len(surfaces) + (number + 1) * COSINES)
+            more[:, part][:, :-1] = np.diff(values[:, part])
+        slopes = frozenset(name for name, rows in ROWS.items() if more[rows].any())
+        self.columns = Columns(values, more, slopes)
+        self._first = np.arange(len(surfaces))
+        self._first[fit] = len(surfaces) + np.arange(len(fit)) * COSINES
+        self._steps = np.where(self.known, np.float32(COSINES - 1), np.float32(0))
 
-    def columns(self, row: Numbers, cos: Float64, crossing: bool = False) -> Float32:
-        """(HEIGHT, n) of hits seen at `cos` (n,), by their surfaces' rows (n,); crossing: the rows CROSSING alone."""
-        if crossing:
-            return np.ascontiguousarray(_look_up(self._crossing, row, cos).T)
-        found = _look_up(self._all, row, cos)
-        result = np.zeros((HEIGHT, len(cos)), np.float32)
-        for place, values in zip(self._used.tolist(), found.T, strict=True):
-            result[place] = values
-        return result
+    def look_up(self, surface: NDArray[np.intp], cos: Float32) -> HitValues:
+        """Of hits on surfaces (n,) that are seen at `cos` (n,)."""
+        share = np.clip(cos, 0, 1) * self._steps.take(surface)
+        below = np.minimum(share.astype(np.intp), COSINES - 2)
+        share -= below
+        below += self._first.take(surface)
+        return HitValues(self.columns, below, share)
 
 
 def is_tabulated(surface: Surface) -> bool:
@@ -72,24 +78,3 @@ def _white(surface: Surface) -> Surface:
     """The same surface with white for its factors."""
     names = [name for name in factors(surface) if name != "base_color" or surface.sheen == 0.0]
     return replace(surface, **dict.fromkeys(names, WHITE))  # type: ignore[arg-type]
-
-
-def _steps(values: Float32) -> Float32:
-    """(t, rows, COSINES) as (t COSINES, 2 rows): what there is at a cosine, and how much more at the next."""
-    there = np.concatenate([values[..., 1:], values[..., -1:]], axis=-1)
-    both = np.concatenate([values, there - values], axis=1)
-    return np.ascontiguousarray(both.transpose(0, 2, 1)).reshape(len(values) * COSINES, both.shape[1])
-
-
-def _look_up(table: Float32, row: Numbers, cos: Float64) -> Float32:
-    """(n, rows) at cosines (n,)."""
-    if len(row) == 0:
-        return np.zeros((0, table.shape[1] // 2), np.float32)
-    place = np.clip(cos, 0, 1) * (COSINES - 1)
-    below = np.minimum(place.astype(np.intp), COSINES - 2)
-    found = table.take(row * COSINES + below, axis=0, mode="clip")
-    half = found.shape[1] // 2
-    result = found[:, half:]
-    result *= (place - below).astype(np.float32)[:, None]
-    result += found[:, :half]
-    return result
