@@ -68,6 +68,7 @@ class CompiledScene:
         self.seen_by_secondary = self._set(g.secondary if self.plan.secondary else np.zeros_like(g.secondary))
         hides = g.secondary & ~self.surfaces.transmits[g.surface]
         self.occluders = self._set(hides) if self.plan.occlusion else None
+        self._all_cast = bool(g.shadow.all())
         self._make_shadow_sets(g.shadow, np.zeros_like(g.shadow))
 
     def _make_shadow_sets(self, casts: NDArray[np.bool_], blocks: NDArray[np.bool_]) -> None:
@@ -92,6 +93,12 @@ class CompiledScene:
     def blockers(self, light: CompiledLight) -> Blockers:
         """What casts shadows in the light of a lamp."""
         return self._blockers if light.blocks is None else self._linked[int(light.key)]
+
+    def casts_shadow(self, light: CompiledLight) -> NDArray[np.bool_] | None:
+        """(np,) the primitives that cast shadows in the light of a lamp; None: all of them."""
+        if light.blocks is not None:
+            return self.geometry.shadow & light.blocks
+        return None if self._all_cast else self.geometry.shadow
 
     def _backing(self, scene: Scene) -> Backing | None:
         """What raster-backed hits are looked up in."""

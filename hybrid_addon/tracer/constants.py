@@ -161,6 +161,9 @@ FAR_AREA_RATIO = 64.0
 LEAST_COSINE = 1.0e-6
 """Guards a division: where a cosine is not above 0 the quotient is not used."""
 
+LEAST_RADIUS = 1.0e-30
+"""Guards a division: so near to the middle of a disk all directions are the same place."""
+
 NEAR_BALL = 1.0e-4
 """A point nearer to a ball light than this share of its squared distance sees it as from there."""
 

@@ -188,7 +188,10 @@ class Passes:
         settings = self.settings
         with tally.phase("shade"), np.errstate(all="ignore"):
             sampler = Sampler(pixel_keys(*self.grid.at(pixels), settings.seed), work.first, work.count)
-            sums = Sums.zeros(len(pixels), work.count, settings.cutoff, wanted_parts(settings), settings.max_depth)
+            sums = Sums.zeros(
+                len(pixels), work.count, settings.cutoff, wanted_parts(settings), settings.max_depth,
+                max(settings.rough_samples, 1),
+            )  # fmt: skip
             if work.signed and self.identity is not None:
                 nothing = np.zeros(len(pixels) * work.count, np.uint32)
                 sums.signatures = Signatures(nothing, self.identity, np.float32(settings.adaptive))

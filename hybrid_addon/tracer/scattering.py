@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .constants import MIN_OUTER_COSINE, OUTER_COSINE_SHARE, SIMPLE_CAUSTIC_FROM
-from .vectors import Array, dot, normalize
+from .vectors import Array, dot, flatnonzero, normalize, put, take
 
 
 def reflect(wo: Array, n: Array) -> Array:
@@ -42,16 +42,16 @@ def fresnel_dielectric(cos_i: Float64, eta: Float64) -> Float64:
     """
     c = np.clip(cos_i, 0.0, 1.0)
     k = (eta - 1) * (eta + 1)
-    g2 = c * c + k
-    total = g2 <= 0
-    g = np.sqrt(np.where(total, 1.0, g2))
-    s2 = (1 - c) * (1 + c)
-    rs = k / ((c + g) * (c + g))
-    denominator = c * g + s2
-    rp = rs * (c * g - s2) / np.where(denominator > 0, denominator, 1.0)
-    reflectance = np.clip(0.5 * (rs * rs + rp * rp), 0.0, 1.0)
-    reflectance = np.where(total, 1.0, reflectance)
-    return np.where(eta == 1, 0.0, reflectance)
+    g = np.sqrt(np.maximum(c * c + k, 0.0))  # 0 beyond the critical angle: then r_s^2 and r_p^2 are at least 1
+    s2, cg = (1 - c) * (1 + c), c * g
+    g += c
+    g *= g
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        rs = k / g
+        rp = rs * (cg - s2) / (cg + s2)
+        reflectance = 0.5 * (rs * rs + rp * rp)
+    # Along a surface of IOR 1 that is 0 / 0, which fmax makes 0: there is nothing that could reflect.
+    return np.fmin(np.fmax(reflectance, 0.0), 1.0)
 
 
 def both_faces(fresnel: Array, tint: Array, thin: NDArray[np.bool_] | None) -> tuple[Array, Array]:
@@ -92,9 +92,11 @@ def keep_outside(w: Float32, n_geometric: Float32, wo: Float32) -> Float32:
     """
     least = np.minimum(OUTER_COSINE_SHARE * np.abs(dot(wo, n_geometric)), np.float32(MIN_OUTER_COSINE))
     lift = least - dot(w, n_geometric)
-    if not (lift > 0).any():
+    sunk = flatnonzero(lift > 0)
+    if len(sunk) == 0:
         return w
-    return np.where(lift > 0, normalize(w + n_geometric * lift), w).astype(np.float32, copy=False)
+    lifted = normalize(take(w, sunk) + take(n_geometric, sunk) * lift[sunk])
+    return put(w, sunk, lifted)
 
 
 def phong(cos_h: Float32, cos_i: Float32, cos_o: Float32, wo_h: Float32, exponent: Float32) -> Float32:

@@ -19,7 +19,7 @@ from .occlusion import open_share
 from .scattering import mirrored, phong, schlick
 from .shadows import TOGETHER, Origins, visible_shares
 from .tally import Tally
-from .vectors import Array, Index, count, dot, flatnonzero, normalize, select, take
+from .vectors import Array, Index, add, count, dot, flatnonzero, normalize, select, take
 
 PI, INVERSE_PI = np.float32(np.pi), np.float32(1 / np.pi)
 
@@ -83,8 +83,9 @@ def _lit_by(
         arriving += _highlight(hit, lit, light) * np.float32(light.light.specular)
     if light.light.cast_shadow and hit.n_shading is not hit.n_geometric:
         # What casts no shadow, not even on itself, gets no light through its back.
-        casts = scene.geometry.shadow if light.blocks is None else scene.geometry.shadow & light.blocks
-        arriving *= (dot(lit.wi, hit.n_geometric) > 0) | casts.take(hit.prim)
+        casts = scene.casts_shadow(light)
+        if casts is not None:
+            arriving *= (dot(lit.wi, hit.n_geometric) > 0) | casts.take(hit.prim)
 
     if light.receives is not None:
         arriving *= light.receives.take(hit.prim)
@@ -113,18 +114,17 @@ def _add_lit(
             chosen *= visible
             if hit.lit is not None:
                 hit.lit[wanted] += lit.light.key * (visible > 0 if visible.ndim == 1 else (visible > 0).any(axis=0))
-        if isinstance(wanted, slice):
-            radiance += chosen
-        else:
-            for i in range(3):
-                radiance[i, wanted] += chosen[i]
+        add(radiance, wanted, chosen)
 
 
 def _cut_faint(arriving: Float32, lit: Illumination, cut: Cut, tally: Tally) -> None:
     """Take out of arriving (3, n) what may be cut: then it needs no shadow ray."""
     faces = flatnonzero((lit.specular > 0) & (arriving != 0).any(axis=0))
-    faint = faces[cut(faces, np.asarray(arriving[:, faces] * (PI / lit.specular[faces]), np.float32))]
-    arriving[:, faint] = 0
+    share = take(arriving, faces)
+    share *= PI / lit.specular[faces]
+    faint = faces[cut(faces, share)]
+    for row in arriving:
+        row[faint] = 0
     tally.add("shadow_cut", len(faint))
 
 
@@ -136,7 +136,7 @@ def _add_ambient(scene: CompiledScene, hit: Interaction, radiance: Float32, tall
         color = color * scene.world.irradiance_over_pi(take(hit.n_shading, lit))
         if scene.occluders is not None and hit.draws is not None:
             color *= open_share(scene, scene.occluders, hit, lit, tally)
-        radiance[:, lit] += color
+        add(radiance, lit, color)
     blurred = select(hit.table.blurs.take(hit.surface))
     if count(blurred, len(hit.prim)) == 0:
         return
@@ -148,7 +148,7 @@ def _add_ambient(scene: CompiledScene, hit: Interaction, radiance: Float32, tall
             index = rough if isinstance(blurred, slice) else take(blurred, rough)
             wide = hit.value(f"{name}_roughness", index)
             image = scene.world.glossy(mirrored(wo[:, rough], n[:, rough], wide), wide)
-            radiance[:, index] += take(weight, rough) * image
+            add(radiance, index, take(weight, rough) * image)
 
 
 def _highlight(hit: Interaction, lit: Illumination, light: CompiledLight) -> Float32:

@@ -43,6 +43,7 @@ class Sums:
     limit    : throughput, in units of BUDGET_UNIT, that each sample may lose to the cutoff; 0: none.
     generation : (n,) int16, bounces of each sample's rays that are being followed.
     depth    : most bounces, over which the limit is released (see `allowed`).
+    first    : how many rays a camera ray may become at once, where it hits what is rough.
     light_limit, unlit : the same for light that is not asked for (see `cut_light`).
     spent    : (n,) int64, throughput that each sample has lost so far, in the same units; (0,) without a limit.
     """
@@ -58,6 +59,7 @@ class Sums:
     signatures: Signatures | None = None
     parts: dict[str, Float64] = field(default_factory=dict)
     depth: int = 0
+    first: int = 1
 
     def __post_init__(self) -> None:
         """What follows from the others, and working space."""
@@ -66,10 +68,12 @@ class Sums:
         self._counts = np.zeros(len(self.seen), np.int64)  # zeros between calls
 
     @classmethod
-    def zeros(cls, m: int, count: int = 1, cutoff: float = 0.0, parts: Iterable[str] = (), depth: int = 0) -> Sums:
+    def zeros(
+        cls, m: int, count: int = 1, cutoff: float = 0.0, parts: Iterable[str] = (), depth: int = 0, first: int = 1
+    ) -> Sums:
         """Nothing yet.
 
-        cutoff : throughput that each sample may lose.   parts : light passes that are wanted.   depth : most bounces.
+        cutoff : throughput that each sample may lose.   parts : light passes that are wanted.   depth, first : see above.
         """
         light_limit = int(cutoff * LIGHT_BUDGET / BUDGET_UNIT)
         limit = int(cutoff / BUDGET_UNIT) - light_limit
@@ -84,6 +88,7 @@ class Sums:
             unlit=np.zeros(m * count, np.int64) if light_limit else None,
             parts={name: np.zeros((LIGHT_PASSES[name], m * count)) for name in parts},
             depth=depth,
+            first=first,
         )
 
     def next_generation(self, sample: Numbers) -> None:
@@ -125,7 +130,7 @@ class Sums:
         lost = largest_component(throughput)
         np.add.at(self.residual, sample, lost.astype(np.float64))
         if self.spent is not None:
-            np.add.at(self.spent, sample, budget_units(lost))
+            np.add.at(self.spent, sample, budget_units(np.nan_to_num(lost, posinf=0.0)))
 
     def add_seen(self, sample: Numbers, share: Float32 | float = 1.0) -> None:
         """Count samples (n,), or take them back (share (n,) < 0)."""
@@ -176,9 +181,11 @@ class Sums:
     def crowded(self, sample: Numbers, weight: Float32) -> NDArray[np.bool_]:
         """Which branches of weight (n,) of samples (n,) are one too many: all but a sample's MAX_BRANCHES heaviest."""
         result = np.zeros(len(weight), bool)
-        if len(weight) <= MAX_BRANCHES:
+        # Each generation has at most twice the branches of the one before.
+        many = self.generation.take(sample) >= (MAX_BRANCHES // self.first).bit_length() - 1
+        there = flatnonzero(many & (weight > 0))
+        if len(there) <= MAX_BRANCHES:
             return result
-        there = flatnonzero(weight > 0)
         owner = sample[there]
         there = there[self._sum_of_each(owner, np.ones(len(owner), np.int64)) > MAX_BRANCHES]
         if len(there) == 0:
@@ -215,5 +222,7 @@ def _argsort(owner: Numbers, cost: NDArray[np.int64]) -> Numbers:
 
 
 def budget_units(weight: Float32) -> NDArray[np.int64]:
-    """Throughput (n,) in whole units of the budget, rounded up; NaN as none."""
-    return np.ceil(np.nan_to_num(weight.astype(np.float64), posinf=0.0) / BUDGET_UNIT).astype(np.int64)
+    """Throughput (n,), finite, in whole units of the budget, rounded up."""
+    units = weight.astype(np.float64)
+    units *= 1 / BUDGET_UNIT
+    return np.ceil(units, out=units).astype(np.int64)

@@ -91,6 +91,15 @@ def put(a: Array, index: Index, columns: Array) -> Array:
     return result
 
 
+def add(a: Array, index: Index, columns: Array) -> None:
+    """Add to the columns `index`, none twice, of (k, n)."""
+    if isinstance(index, slice):
+        a += columns
+        return
+    for row, values in zip(a, columns, strict=True):
+        row[index] += values
+
+
 def count(index: Index, n: int) -> int:
     """How many of `n` columns an index from `select` takes."""
     return n if isinstance(index, slice) else len(index)
