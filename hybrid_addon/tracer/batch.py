@@ -52,6 +52,7 @@ class Shape:
     vertices: Float32  # (k nv, 3)
     triangles: Int32  # those that are sound,
     facets: Float64
+    weights: Float64
     extent: Float32
     normals: Float32 | None
     smooth: Bools
@@ -102,14 +103,15 @@ def shape_of(batch: Batch, center: Float64, use_normals: bool) -> Shape:
     with np.errstate(invalid="ignore", over="ignore"):
         vertices = (batch.vertices - center).astype(np.float32).reshape(-1, 3)
     triangles = (_wound(mesh.triangles, batch) + first).reshape(-1, 3)
-    facets, extent, sound = facets_of(vertices[triangles])
+    facets, weights, extent, sound = facets_of(vertices[triangles])
     normals, smooth = None, np.zeros(len(triangles), bool)
     if use_normals and mesh.normals is not None:
         corners = _wound(mesh.corners, batch)
         normals = _corner_normals(mesh.normals, batch.matrices, batch.handedness, corners).reshape(-1, 9)
         smooth = _is_smooth(normals, facets)
         normals = normals[sound]
-    return Shape(vertices, triangles[sound], facets[sound], extent[sound], normals, smooth[sound], sound)
+    each = triangles[sound], facets[sound], weights[sound], extent[sound], normals, smooth[sound]
+    return Shape(vertices, *each, sound)
 
 
 def _wound(indices: Int32, batch: Batch) -> Int32:

@@ -41,6 +41,7 @@ class Geometry:
     vertices: Float32  # (nv, 3)
     triangles: Int32  # (nt, 3) counter-clockwise seen from outside, mirrored instances too
     facets: Float64  # (np, 4) unit geometric normal and its distance from the origin: n.x = d; 0 for spheres
+    weights: Float64  # (nt, 8) barycentrics as planes (soup.facets_of)
     extent: Float32  # (np,) largest |coordinate| of the primitive's vertices: scale of its rounding errors
     normals: Float32 | None  # (nt, 9) shading normals of the three corners; None: nothing is smooth
     smooth: Bools  # (np,) shading normals differ from the geometric one
@@ -138,6 +139,7 @@ def _realise(batch: Batch, center: Float64, layouts: Layouts, use_normals: bool,
         vertices=shape.vertices,
         triangles=shape.triangles,
         facets=shape.facets,
+        weights=shape.weights,
         extent=shape.extent,
         normals=shape.normals,
         smooth=shape.smooth,
@@ -182,6 +184,7 @@ def _assemble(
         vertices=mesh.vertices,
         triangles=np.ascontiguousarray(mesh.triangles, np.int32),
         facets=np.ascontiguousarray(facets),
+        weights=mesh.weights,
         extent=np.concatenate([mesh.extent, extent.astype(np.float32)]),
         normals=mesh.normals if mesh.smooth.any() else None,
         smooth=np.concatenate([mesh.smooth, np.zeros(len(analytic), bool)]),

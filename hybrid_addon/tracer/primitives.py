@@ -205,17 +205,11 @@ def barycentrics(
     geometry: Geometry, prim: NDArray[np.integer], point: Float64, clamp: bool = True
 ) -> tuple[Float64, Float64]:
     """Weights (u, v) (n,) of the second and third corner of triangles `prim` at points (3, n), in float64."""
-    corners = geometry.vertices.take(geometry.triangles.take(prim, axis=0).T, axis=0)
-    v0, v1, v2 = corners.transpose(0, 2, 1).astype(np.float64, order="C")
-    e1, e2 = v1 - v0, v2 - v0
-    x, y, z = point[0] - v0[0], point[1] - v0[1], point[2] - v0[2]
-    d11 = e1[0] * e1[0] + e1[1] * e1[1] + e1[2] * e1[2]
-    d12 = e1[0] * e2[0] + e1[1] * e2[1] + e1[2] * e2[2]
-    d22 = e2[0] * e2[0] + e2[1] * e2[1] + e2[2] * e2[2]
-    p1 = x * e1[0] + y * e1[1] + z * e1[2]
-    p2 = x * e2[0] + y * e2[1] + z * e2[2]
-    determinant = d11 * d22 - d12 * d12
-    u, v = (d22 * p1 - d12 * p2) / determinant, (d11 * p2 - d12 * p1) / determinant
+    planes = np.ascontiguousarray(geometry.weights.take(prim, axis=0).T)
+    u, v = planes[3], planes[7]
+    for i in range(3):
+        u += planes[i] * point[i]
+        v += planes[4 + i] * point[i]
     if clamp:
         np.clip(u, 0, 1, out=u)
         np.clip(v, 0, 1 - u, out=v)

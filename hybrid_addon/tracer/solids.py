@@ -181,7 +181,8 @@ def _swell(geometry: Geometry, solids: Bodies) -> tuple[Geometry, int]:
 
 def _swollen(g: Geometry, solids: Bodies, amount: Float64) -> Geometry:
     """Move the vertices of solids outward by `amount` (b,), along the mean normals of their places."""
-    vertices, facets, extent, radius = g.vertices.copy(), g.facets.copy(), g.extent.copy(), g.sphere_radius.copy()
+    vertices, facets, weights = g.vertices.copy(), g.facets.copy(), g.weights.copy()
+    extent, radius = g.extent.copy(), g.sphere_radius.copy()
     for body in np.flatnonzero(amount).tolist():
         prims = slice(int(solids.first[body]), int(solids.first[body] + solids.size[body]))
         if prims.start >= g.triangle_count:
@@ -192,10 +193,11 @@ def _swollen(g: Geometry, solids: Bodies, amount: Float64) -> Geometry:
         points = g.vertices[used].astype(np.float64)
         normal = _place_normals(points, corner.reshape(-1, 3))
         vertices[used] = (points + amount[body] * normal).astype(np.float32)
-        moved, size, sound = facets_of(vertices[triangles])
+        moved, shares, size, sound = facets_of(vertices[triangles])
         facets[prims] = np.where(sound[:, None], moved, facets[prims])
+        weights[prims] = np.where(sound[:, None], shares, weights[prims])
         extent[prims] = np.maximum(size, extent[prims])
-    return replace(g, vertices=vertices, facets=facets, extent=extent, sphere_radius=radius)
+    return replace(g, vertices=vertices, facets=facets, weights=weights, extent=extent, sphere_radius=radius)
 
 
 def _place_normals(points: Float64, triangles: Numbers) -> Float64:

@@ -21,6 +21,7 @@ class Soup:
     vertices: Float32
     triangles: Int32
     facets: Float64
+    weights: Float64
     extent: Float32
     normals: Float32 | None
     smooth: Bools
@@ -32,20 +33,30 @@ class Soup:
     split: int = 0  # triangles made by `subdivide`
 
 
-def facets_of(points: Float32) -> tuple[Float64, Float32, Bools]:
-    """Plane equations, extents and soundness of (n, 3 corners, 3) float32 triangles, in float64."""
+def facets_of(points: Float32) -> tuple[Float64, Float64, Float32, Bools]:
+    """Plane equations, barycentrics, extents and soundness of (n, 3 corners, 3) float32 triangles, in float64.
+
+    The barycentrics (n, 8) are planes, too: rows a, d, b, e of a.p + d and b.p + e, the weights of the second and third
+    corner at p. With edges e1 and e2 and n = e1 x e2, a = e2 x n / n.n and b = n x e1 / n.n.
+    """
     rows = np.ascontiguousarray(points.reshape(-1, 9).T)  # reductions along the first axis are the fast ones
     p = rows.astype(np.float64)
-    facets = np.empty((len(points), 4))
+    facets, weights = np.empty((len(points), 4)), np.empty((len(points), 8))
     with np.errstate(all="ignore"):
         extent = np.abs(rows).max(axis=0)
-        normal = cross(p[3:6] - p[0:3], p[6:9] - p[0:3])
-        length = np.sqrt(dot(normal, normal))
+        first, second = p[3:6] - p[0:3], p[6:9] - p[0:3]
+        normal = cross(first, second)
+        squared = dot(normal, normal)
+        for start, across in ((0, cross(second, normal)), (4, cross(normal, first))):
+            across /= squared
+            weights[:, start : start + 3] = across.T
+            weights[:, start + 3] = -dot(across, p[0:3])
+        length = np.sqrt(squared)
         sound = (extent < EMBREE_LIMIT) & (length > 0)  # False for NaN
         normal /= length
         facets[:, :3] = normal.T
         facets[:, 3] = dot(normal, p[0:3])
-    return facets, extent, sound
+    return facets, weights, extent, sound
 
 
 def corner_bounds(vertices: Float32, triangles: NDArray[np.integer]) -> tuple[Float32, Float32]:
@@ -58,8 +69,8 @@ def no_triangles() -> Soup:
     """The empty soup."""
     none = np.zeros(0, np.int32)
     return Soup(
-        np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32), np.zeros((0, 4)), np.zeros(0, np.float32),
-        None, np.zeros(0, bool), None, none, none, np.zeros((5, 0), bool), 0,
+        np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32), np.zeros((0, 4)), np.zeros((0, 8)),
+        np.zeros(0, np.float32), None, np.zeros(0, bool), None, none, none, np.zeros((5, 0), bool), 0,
     )  # fmt: skip
 
 
@@ -83,6 +94,7 @@ def join(parts: list[Soup]) -> Soup:
         vertices=np.concatenate([p.vertices for p in parts]),
         triangles=np.concatenate([p.triangles + s for p, s in zip(parts, starts, strict=True)]),
         facets=np.concatenate([p.facets for p in parts]),
+        weights=np.concatenate([p.weights for p in parts]),
         extent=np.concatenate([p.extent for p in parts]),
         normals=either("normals"),
         smooth=np.concatenate([p.smooth for p in parts]),

@@ -107,8 +107,9 @@ class _Splitter:
         source = source[order]
         new = len(mesh.vertices) + np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
         points = np.ascontiguousarray(values[:, :, :3])
-        facets, extent, sound = facets_of(points)
+        facets, weights, extent, sound = facets_of(points)
         facets = np.where(sound[:, None], facets, mesh.facets[parent])
+        weights = np.where(sound[:, None], weights, 0.0)
 
         def merged(old: Array, part: Array) -> Array:
             return np.concatenate([old[kept], part])[order]
@@ -123,6 +124,7 @@ class _Splitter:
             vertices=np.concatenate([mesh.vertices, points.reshape(-1, 3)]),
             triangles=merged(mesh.triangles, new),
             facets=merged(mesh.facets, facets),
+            weights=merged(mesh.weights, weights),
             extent=merged(mesh.extent, extent),
             normals=normals,
             smooth=mesh.smooth[source],

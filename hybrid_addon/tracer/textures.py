@@ -48,32 +48,45 @@ def lookup(pixels: Float32, u: Array, v: Array, extend_u: str, extend_v: str, cl
     """RGBA (4, n) of pixels (height, width, 4), row 0 at the bottom, at u, v (n,) in 0..1; centres at (i + .5)."""
     height, width = pixels.shape[:2]
     flat = pixels.reshape(-1, 4)
-    inside = (np.abs(u) < MAX_TEXTURE_COORDINATE) & (np.abs(v) < MAX_TEXTURE_COORDINATE)  # False for NaN
-    x, y = np.where(inside, u, u.dtype.type(0)) * width, np.where(inside, v, v.dtype.type(0)) * height
+    clips = "CLIP" in (extend_u, extend_v)
+    x, y = _usable(u) * width, _usable(v) * height
     if closest:
         left, bottom = (np.floor(a).astype(np.int64) for a in (x, y))
-        return _texel(flat, _wrap(left, width, extend_u), _wrap(bottom, height, extend_v), width)
-    x, y = x - x.dtype.type(0.5), y - y.dtype.type(0.5)
+        return _texel(flat, _wrap(left, width, extend_u), _wrap(bottom, height, extend_v) * width, clips)
+    x -= x.dtype.type(0.5)
+    y -= y.dtype.type(0.5)
     fx, fy = np.floor(x), np.floor(y)
     ix, jy = fx.astype(np.int64), fy.astype(np.int64)
     ax, ay = (x - fx).astype(np.float32), (y - fy).astype(np.float32)
+    bx, by = 1 - ax, 1 - ay
     left, right = _wrap(ix, width, extend_u), _wrap(ix + 1, width, extend_u)
-    bottom, top = _wrap(jy, height, extend_v), _wrap(jy + 1, height, extend_v)
-    low = _mix(_texel(flat, left, bottom, width), _texel(flat, right, bottom, width), ax)
-    high = _mix(_texel(flat, left, top, width), _texel(flat, right, top, width), ax)
-    return _mix(low, high, ay)
+    bottom, top = _wrap(jy, height, extend_v) * width, _wrap(jy + 1, height, extend_v) * width
+    low = _mix(_texel(flat, left, bottom, clips), _texel(flat, right, bottom, clips), bx, ax)
+    high = _mix(_texel(flat, left, top, clips), _texel(flat, right, top, clips), bx, ax)
+    return _mix(low, high, by, ay)
 
 
-def _mix(a: Float32, b: Float32, t: Float32) -> Float32:
-    return a * (1 - t) + b * t
+def _usable(a: Array) -> Array:
+    """Coordinates (n,), 0 for those that tell nothing."""
+    usable = np.abs(a) < MAX_TEXTURE_COORDINATE  # False for NaN
+    return a if usable.all() else np.where(usable, a, a.dtype.type(0))
 
 
-def _texel(flat: Float32, i: Indices, j: Indices, width: int) -> Float32:
-    """Texels (4, n); 0 outside, where a number is negative."""
-    outside = flatnonzero((i < 0) | (j < 0))
-    color = np.ascontiguousarray(flat.take(j * width + i, axis=0, mode="wrap").T)
-    if len(outside):
-        color[:, outside] = 0
+def _mix(a: Float32, b: Float32, s: Float32, t: Float32) -> Float32:
+    """a s + b t, in place of both."""
+    a *= s
+    b *= t
+    a += b
+    return a
+
+
+def _texel(flat: Float32, i: Indices, row: Indices, clips: bool) -> Float32:
+    """Texels (4, n), their rows times the width; 0 outside of an image that clips, where a number is negative."""
+    color = np.ascontiguousarray(flat.take(row + i, axis=0, mode="wrap").T)
+    if clips:
+        outside = flatnonzero((i < 0) | (row < 0))
+        for channel in color:
+            channel[outside] = 0
     return color
 
 
