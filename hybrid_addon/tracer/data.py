@@ -59,5 +59,6 @@ def _first_hits(
     if not hit.any():
         return sound[:0], None
     chosen = select(hit)
-    at = interact(geometry, scene.surfaces, hits, rays, chosen)
-    return take(sound, chosen), resolve(geometry, at, take(hits.t, chosen))
+    hits = hits.take(chosen)
+    at = interact(geometry, scene.surfaces, hits, rays.take(chosen))
+    return take(sound, chosen), resolve(geometry, at, hits.t)

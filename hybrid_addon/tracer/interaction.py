@@ -94,16 +94,14 @@ class Interaction:
         )
 
 
-def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays, chosen: Index) -> Interaction:
-    """Recompute the hits `chosen` (none of them a miss) of a wave of rays."""
-    prim, t = take(hits.prim, chosen).astype(np.intp), take(hits.t, chosen)
+def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays) -> Interaction:
+    """Recompute the hits, none of them a miss, of rays."""
+    prim = hits.prim.astype(np.intp)
     surface = geometry.surface.take(prim)
-    normal, toward = take(hits.normal, chosen), take(hits.toward, chosen)
-    direction = take(rays.direction, chosen)
-    entering = toward < 0
-    point = direction * t
-    point += take(rays.origin, chosen)
-    facing = normal * np.where(entering, 1.0, -1.0)
+    entering = hits.toward < 0
+    point = rays.direction * hits.t
+    point += rays.origin
+    facing = hits.normal * np.where(entering, 1.0, -1.0)
     offset = origin_offset(point.astype(np.float32), geometry.extent.take(prim))
     n_geometric = facing.astype(np.float32)
     n_shading, weights = _shading_normal(geometry, prim, point, n_geometric, entering)
@@ -117,7 +115,7 @@ def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays, ch
         n_geometric=n_geometric,
         n_shading=n_shading,
         weights=weights,
-        wo=-direction.astype(np.float32, copy=False),
+        wo=-rays.direction.astype(np.float32, copy=False),
         offset=offset,
         outer=offset_origin(point, facing, offset),
     )
@@ -132,16 +130,23 @@ def _shading_normal(
     smooth = select(geometry.smooth.take(prim))
     if count(smooth, len(prim)) == 0:
         return n_geometric, None
-    u, v = barycentrics(geometry, take(prim, smooth), take(point, smooth))
+    weights = barycentrics(geometry, take(prim, smooth), take(point, smooth))
+    u, v = weights.astype(np.float32)
     corner = np.ascontiguousarray(geometry.normals.take(take(prim, smooth), axis=0).T)
-    n = corner[0:3] * (1 - u - v).astype(np.float32) + corner[3:6] * u.astype(np.float32)
-    n += corner[6:9] * v.astype(np.float32)
+    n = corner[0:3] * (1 - weights[0] - weights[1]).astype(np.float32)
+    n += corner[3:6] * u
+    n += corner[6:9] * v
     length = np.sqrt(dot(n, n))
     n *= np.where(take(entering, smooth), np.float32(1), np.float32(-1)) / np.where(length > 0, length, np.float32(1))
     # A normal that vanishes or points into its own surface tells nothing: the geometric one then.
     facing = take(n_geometric, smooth)
     np.copyto(n, facing, where=~(dot(n, facing) > 0))
-    return put(n_geometric, smooth, n), put(np.zeros((2, len(prim))), smooth, np.stack([u, v]))
+    return put(n_geometric, smooth, n), _over(len(prim), smooth, weights)
+
+
+def _over(n: int, index: Index, columns: Float64) -> Float64:
+    """(2, n) with these columns, 0 elsewhere."""
+    return columns if isinstance(index, slice) else put(np.zeros((2, n)), index, columns)
 
 
 def shadow_origin(geometry: Geometry, hit: Interaction, index: Index) -> Float32:
@@ -162,10 +167,10 @@ def shadow_origin(geometry: Geometry, hit: Interaction, index: Index) -> Float32
     prim, point, sign = take(prim, smooth), take(hit.point, on_smooth), np.where(take(hit.entering, on_smooth), 1, -1)
     u, v = take(hit.weights, on_smooth)
     normals = np.ascontiguousarray(geometry.normals.take(prim, axis=0).T) * sign.astype(np.float32)
-    lifted = point.copy()
+    corners, lifted = geometry.triangles.take(prim, axis=0), point.copy()
     for i, weight in enumerate((1 - u - v, u, v)):
-        corner = np.ascontiguousarray(geometry.vertices.take(geometry.triangles[:, i].take(prim), axis=0).T)
-        n = normals[3 * i : 3 * i + 3].astype(np.float64)
-        lifted += n * (weight * np.maximum(dot(corner - point, n), 0))
+        toward = geometry.vertices.take(corners[:, i], axis=0).T - point
+        n = normals[3 * i : 3 * i + 3]
+        lifted += n * (weight * np.maximum(dot(toward, n), 0))
     facing = take(hit.n_geometric, on_smooth).astype(np.float64)
     return put(outer, smooth, offset_origin(lifted, facing, take(hit.offset, on_smooth)))

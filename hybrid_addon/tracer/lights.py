@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import AreaLight, Float32, Float64, Light, PointLight, SpotLight, SunLight
-from .constants import FAR_AREA_RATIO, NEAR_BALL, SPOT_BLEND_FLOOR
+from .constants import FAR_AREA_RATIO, LEAST_RADIUS, NEAR_BALL, SPOT_BLEND_FLOOR
 from .sampler import UInt32, disk, hash32
 from .vectors import Array, count, cross, dot, matrix_times, orthonormal_basis, select, take
 
@@ -112,7 +112,7 @@ def illuminate(compiled: CompiledLight, point: Float32, normal: Float32, least_d
     return _illuminate_point(light, compiled, point, normal, least_distance)
 
 
-def angular_radius(compiled: CompiledLight, point: Float64) -> Float32:
+def angular_radius(compiled: CompiledLight, point: Float32) -> Float32:
     """Half the angle (n,), radians, that a light takes up seen from points (3, n)."""
     light = compiled.light
     if isinstance(light, SunLight):
@@ -123,7 +123,8 @@ def angular_radius(compiled: CompiledLight, point: Float64) -> Float32:
     else:
         radius = light.radius
     away = compiled.position - point
-    return np.arctan(radius / np.sqrt(np.maximum(dot(away, away), radius * radius + 1e-300))).astype(np.float32)
+    distance = np.sqrt(dot(away, away))
+    return np.arctan(np.float32(radius) / np.maximum(distance, np.float32(max(radius, LEAST_RADIUS))))
 
 
 def shadow_rays(

@@ -153,10 +153,9 @@ class _Tracer:
             chosen = np.flatnonzero(hit)
             if len(chosen) == 0:
                 break
-            at = interact(self.scene.geometry, self.scene.surfaces, hits, rays, chosen)
-            t = hits.t[chosen]
+            rays, hits = rays.take(chosen), hits.take(chosen)
+            at, t = interact(self.scene.geometry, self.scene.surfaces, hits, rays), hits.t
             at = resolve(self.scene.geometry, at, t)
-            rays = rays.take(chosen)
             travelled[rays.sample] += t
             if wave == 0:
                 self._arrive(beam, rays, at, t, tally)

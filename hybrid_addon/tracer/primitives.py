@@ -26,7 +26,7 @@ from .kept import Kept
 from .shapes import plane_distance, sphere_distance
 from .tally import Tally
 from .trees import trees_over
-from .vectors import Array, flatnonzero, largest_component
+from .vectors import ALL, Array, Index, flatnonzero, largest_component, take
 
 Bools = NDArray[np.bool_]
 
@@ -48,6 +48,12 @@ class Hits:
     t: Float64
     normal: Float64
     toward: Float64
+
+    def take(self, index: Index) -> Hits:
+        """The hits `index`, in that order."""
+        if isinstance(index, slice) and index == ALL:
+            return self
+        return Hits(take(self.prim, index), take(self.t, index), take(self.normal, index), take(self.toward, index))
 
 
 class PrimitiveSet:
@@ -203,14 +209,20 @@ class PrimitiveSet:
 
 def barycentrics(
     geometry: Geometry, prim: NDArray[np.integer], point: Float64, clamp: bool = True
-) -> tuple[Float64, Float64]:
-    """Weights (u, v) (n,) of the second and third corner of triangles `prim` at points (3, n), in float64."""
-    planes = np.ascontiguousarray(geometry.weights.take(prim, axis=0).T)
-    u, v = planes[3], planes[7]
-    for i in range(3):
-        u += planes[i] * point[i]
-        v += planes[4 + i] * point[i]
+) -> Float64:
+    """Weights (2, n) of the second and third corner of triangles `prim` at points (3, n), in float64."""
+    planes, place = geometry.weights.reshape(-1, 4), prim * 2
+    result = np.empty((2, len(prim)))
+    for weight in result:
+        # Four numbers at a time: turning eight around takes three times as long.
+        a, b, c, d = np.ascontiguousarray(planes.take(place, axis=0).T)
+        np.multiply(a, point[0], out=weight)
+        weight += b * point[1]
+        weight += c * point[2]
+        weight += d
+        place = place + 1
     if clamp:
+        u, v = result
         np.clip(u, 0, 1, out=u)
         np.clip(v, 0, 1 - u, out=v)
-    return u, v
+    return result

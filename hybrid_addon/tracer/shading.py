@@ -80,7 +80,7 @@ def _lit_by(
     lit = illuminate(light, point, hit.n_shading, hit.offset)
     arriving = np.asarray(diffuse * (lit.diffuse * np.float32(light.light.diffuse)), np.float32)
     if scene.plan.specular and light.light.specular != 0:
-        arriving += _highlight(hit, lit, light) * np.float32(light.light.specular)
+        arriving += _highlight(hit, point, lit, light) * np.float32(light.light.specular)
     if light.light.cast_shadow and hit.n_shading is not hit.n_geometric:
         # What casts no shadow, not even on itself, gets no light through its back.
         casts = scene.casts_shadow(light)
@@ -151,7 +151,7 @@ def _add_ambient(scene: CompiledScene, hit: Interaction, radiance: Float32, tall
             add(radiance, index, take(weight, rough) * image)
 
 
-def _highlight(hit: Interaction, lit: Illumination, light: CompiledLight) -> Float32:
+def _highlight(hit: Interaction, point: Float32, lit: Illumination, light: CompiledLight) -> Float32:
     """Highlights (3, n) for light of colour 1; only for hits whose surface has one and which face the light."""
     table = hit.table
     result = np.zeros((3, len(hit.prim)), np.float32)
@@ -159,7 +159,7 @@ def _highlight(hit: Interaction, lit: Illumination, light: CompiledLight) -> Flo
     shines = table.shades_specular.take(hit.surface) & (lit.specular > 0) & (cos_i > 0) & (cos_o > 0)
     if table.layered.any():
         layered = table.layered.take(hit.surface)
-        _add_layered(hit, lit, light, select(shines & layered), result)
+        _add_layered(hit, point, lit, light, select(shines & layered), result)
         shines &= ~layered
         if not shines.any():
             return result
@@ -183,14 +183,16 @@ def _highlight(hit: Interaction, lit: Illumination, light: CompiledLight) -> Flo
     return result
 
 
-def _add_layered(hit: Interaction, lit: Illumination, light: CompiledLight, index: Index, result: Float32) -> None:
-    """Add the lobes of layered surfaces to result (3, n), at the hits `index`."""
+def _add_layered(
+    hit: Interaction, point: Float32, lit: Illumination, light: CompiledLight, index: Index, result: Float32
+) -> None:
+    """Add the lobes of layered surfaces to result (3, n), at the hits `index`. point: (3, n) of all."""
     if count(index, len(hit.prim)) == 0:
         return
     wi, wo, n = take(lit.wi, index), take(hit.wo, index), take(hit.n_shading, index)
     half = normalize(wi + wo)
     cosines = np.minimum(dot(half, n), np.float32(1)), dot(wi, n), dot(wo, n)
-    radius = angular_radius(light, take(hit.point, index))
+    radius = angular_radius(light, take(point, index))
     color = hit.value("lobe", index) * ggx_highlight(*cosines, hit.value("lobe_roughness", index), radius)
     coat = hit.value("coat", index)
     if coat.any():

@@ -17,7 +17,7 @@ from .geometry import Geometry
 from .interaction import Interaction, shadow_origin
 from .lights import CompiledLight, shadow_rays
 from .media import Stack, transmittance
-from .primitives import PrimitiveSet
+from .primitives import Hits, PrimitiveSet
 from .rays import offset_origin, origin_offset
 from .scattering import both_faces, fresnel_dielectric, simple_caustic
 from .tally import Tally
@@ -212,9 +212,11 @@ def _transmittance(
         table, surface = scene.surfaces, geometry.surface.take(prim)
         cos = np.abs(toward)
         seen = table.tabulated.look_up(surface, cos.astype(np.float32))
-        if table.varies_through.take(surface).any():
-            at, facing = origin[:, crossed] + d * t, -normal * np.sign(toward)
-            seen = resolve_crossings(geometry, table, prim.astype(np.intp), at, toward < 0, facing, d, seen)
+        told = flatnonzero(table.varies_through.take(surface))
+        if len(told):
+            some = Hits(prim[told], t[told], normal.take(told, axis=1), toward[told])
+            way = origin.take(crossed[told], axis=1), d.take(told, axis=1)
+            seen = resolve_crossings(geometry, table, told, some, *way, seen)
         fresnel, tint = fresnel_dielectric(cos, table.ior.take(surface)), seen.value("tint", ALL)
         thin = scene.media.is_thin(prim.astype(np.intp))
         fresnel, tint = both_faces(fresnel, tint, thin)

@@ -20,6 +20,8 @@ from .vectors import flatnonzero, largest_component
 
 Numbers = NDArray[np.intp]
 
+HEAVIEST = np.iinfo(np.int32).max
+
 LIGHT_PASSES = {"reflection": 3, "refraction": 3, "raster_backed": 1}
 """Passes that add up with the picture, and their channels."""
 
@@ -148,11 +150,12 @@ class Sums:
         cost, owner = budget_units(weight[candidates]), sample[candidates]
         left = self.allowed(owner) - self.spent[owner]
         # What alone is too much is out, and so is, as cut, all of a sample that fits together: the rest is few.
-        possible = cost <= left
-        candidates, cost, owner, left = candidates[possible], cost[possible], owner[possible], left[possible]
+        possible = flatnonzero(cost <= left)
+        candidates, cost, owner, left = (a.take(possible) for a in (candidates, cost, owner, left))
         together = self._sum_of_each(owner, cost) <= left
         result[candidates[together]] = True
-        candidates, cost, owner, left = candidates[~together], cost[~together], owner[~together], left[~together]
+        apart = flatnonzero(~together)
+        candidates, cost, owner, left = (a.take(apart) for a in (candidates, cost, owner, left))
         order = _argsort(owner, cost)
         cost, owner = cost[order], owner[order]
         total = np.cumsum(cost)
@@ -190,7 +193,8 @@ class Sums:
         there = there[self._sum_of_each(owner, np.ones(len(owner), np.int64)) > MAX_BRANCHES]
         if len(there) == 0:
             return result
-        there = there[np.lexsort((-weight[there], sample[there]))]
+        lightness = HEAVIEST - weight[there].view(np.int32).astype(np.int64)  # floats that are not < 0 sort as integers
+        there = there[_argsort(sample[there], lightness)]
         starts = flatnonzero(np.diff(sample[there], prepend=-1))
         rank = np.arange(len(there)) - np.repeat(starts, np.diff(starts, append=len(there)))
         result[there[rank >= MAX_BRANCHES]] = True

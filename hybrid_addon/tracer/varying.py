@@ -15,9 +15,10 @@ from .geometry import Geometry
 from .hitdata import HitData
 from .interaction import Interaction
 from .layers import layered_columns
+from .primitives import Hits
 from .surfaces import SurfaceTable
 from .tabulated import factors
-from .vectors import Array, dot, flatnonzero, take
+from .vectors import ALL, Array, Index, dot, flatnonzero, put, take
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -38,24 +39,19 @@ def resolve(geometry: Geometry, at: Interaction, distance: Float64) -> Interacti
 
 
 def resolve_crossings(
-    geometry: Geometry,
-    table: SurfaceTable,
-    prim: Numbers,
-    point: Float64,
-    entering: Bools,
-    normal: Float64,
-    wi: Float32,
-    seen: HitValues,
+    geometry: Geometry, table: SurfaceTable, told: Numbers, hits: Hits, origin: Float32, wi: Float32, seen: HitValues
 ) -> HitValues:
-    """The values `seen` of n points where shadow rays along wi cross primitives, with what expressions tell.
+    """The values `seen` of n points where shadow rays cross primitives, with what expressions tell of some.
 
-    normal : (3, n), against wi. Of columns there are the rows CROSSING alone.
+    told : (m,) of which.   hits, origin, wi : of these, their rays (3, m). Of columns there are the rows CROSSING alone.
     """
+    prim, cos = hits.prim.astype(np.intp), np.abs(hits.toward)
+    normal = (-hits.normal * np.sign(hits.toward)).astype(np.float32)
     worn = _worn(
-        geometry, table, prim, geometry.surface.take(prim), point, entering, normal.astype(np.float32), -wi,
-        np.zeros(len(prim)),
+        geometry, table, prim, geometry.surface.take(prim), origin + wi * hits.t, hits.toward < 0, normal, -wi,
+        np.zeros(len(prim)), told,
     )  # fmt: skip
-    return _with_expressions(table, worn, seen, np.abs(dot(wi, normal)), crossing=True)
+    return _with_expressions(table, worn, seen, put(np.zeros((1, len(seen.place))), told, cos[None])[0], crossing=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +67,9 @@ class _Worn:
 
 def _worn(
     geometry: Geometry, table: SurfaceTable, prim: Numbers, surface: Numbers, point: Float64, entering: Bools,
-    normal: Float32, wo: Float32, distance: Float64,
+    normal: Float32, wo: Float32, distance: Float64, among: Index = ALL,
 ) -> list[_Worn]:  # fmt: skip
-    """The surfaces with expressions among those of n hits."""
+    """The surfaces with expressions among those of n hits, which are the hits `among` some others."""
     found = []
     met = flatnonzero(np.bincount(surface, minlength=len(table.expressive)))
     for number in met[table.expressive[met]].tolist():
@@ -82,6 +78,7 @@ def _worn(
             geometry, number, take(prim, hits), take(point, hits), take(entering, hits), take(normal, hits),
             take(wo, hits), take(distance, hits),
         )  # fmt: skip
+        hits = hits if isinstance(among, slice) else take(among, hits)
         found.append(_Worn(number, table.surfaces[number], hits, data, Evaluation(data)))
     return found
 

@@ -106,9 +106,9 @@ def _trace_wave(
         if watch is not None:
             watch(rays, hits, chosen, None, nothing)
         return nothing
-    rays_hit = rays.take(chosen)
-    at = interact(scene.geometry, scene.surfaces, hits, rays, chosen)
-    at = resolve(scene.geometry, at, take(hits.t, chosen))
+    rays_hit, found = rays.take(chosen), hits.take(chosen)
+    at = interact(scene.geometry, scene.surfaces, found, rays_hit)
+    at = resolve(scene.geometry, at, found.t)
     at.media = None if scene.media.shadow_absorption is None else rays_hit.media
     at.lit = None if sums.signatures is None else np.zeros(len(rays_hit), np.uint32)
     at.draws = None if sampler is None else sampler.draws(rays_hit.sample, rays_hit.path)
@@ -119,7 +119,7 @@ def _trace_wave(
         sums.signatures.add_hits(rays_hit, at.prim, at.entering, at.lit)
 
     # Spawn at most one reflected and one transmitted ray from each hit.
-    children = concatenate(spawn(scene, rays_hit, at, take(hits.t, chosen), sums, tally))
+    children = concatenate(spawn(scene, rays_hit, at, found.t, sums, tally))
     if watch is not None:
         watch(rays, hits, chosen, at, children)
     return children
@@ -201,8 +201,7 @@ def _count_camera_rays(
     kept = select(counts)
     rays = rays.take(kept)
     sums.add_seen(rays.sample)
-    hits = Hits(take(hits.prim, kept), take(hits.t, kept), take(hits.normal, kept), take(hits.toward, kept))
-    return rays, hits, take(hit, kept)
+    return rays, hits.take(kept), take(hit, kept)
 
 
 def add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums, tally: Tally) -> None:

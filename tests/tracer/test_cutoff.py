@@ -169,6 +169,7 @@ def test_of_too_many_branches_the_heaviest_are_kept(monkeypatch):
     sample = np.array([0] * 3 + [1] * 6 + [2] * 4 + [1] * 2)
     weight = np.float32([9, 9, 9, 1, 5, 2, 7, 3, 0, 1, 1, 1, 1, 6, 2])
     held = Sums.zeros(3)
+    held.generation[:] = 3  # in fewer there are no more than 4 branches
     over = held.crowded(sample, weight)
     assert np.flatnonzero(over).tolist() == [3, 5, 14]  # of sample 1: 7, 6, 5, 3 are kept, 0 is no branch
     assert not held.crowded(sample[:3], weight[:3]).any()

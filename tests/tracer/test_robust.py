@@ -49,7 +49,7 @@ def hits_on(build, mesh, scale, offset, n=20000, seed=0):
     everything = PrimitiveSet(g, np.ones(len(g.surface), bool))
     hits = everything.nearest(rays.origin, rays.direction, Tally())
     chosen = np.flatnonzero((hits.prim >= 0) & (hits.prim < len(mesh.triangles)))
-    return everything, interact(g, compile_surfaces(s.surfaces), hits, rays, chosen)
+    return everything, interact(g, compile_surfaces(s.surfaces), hits.take(chosen), rays.take(chosen))
 
 
 def grazing_directions(normal, rng):

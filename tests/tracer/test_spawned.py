@@ -45,7 +45,7 @@ def hits_on(build, mesh, scale, offset):
     hits = bodies.nearest(rays.origin, rays.direction, Tally())
     chosen = np.flatnonzero(hits.prim >= 0)[:HITS]
     assert len(chosen) == HITS
-    return bodies, interact(g, compile_surfaces(s.surfaces), hits, rays, chosen)
+    return bodies, interact(g, compile_surfaces(s.surfaces), hits.take(chosen), rays.take(chosen))
 
 
 def directions(normal, rng):
