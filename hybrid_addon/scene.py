@@ -462,7 +462,7 @@ class Settings:
     transparent: bool = False
     threads: int = 0
     processes: bool = False
-    chunk: int = 1 << 15
+    chunk: int = 7 << 13
     seed: int = 0
     cutoff: float = 0.0
     adaptive: float = 0.0

@@ -14,13 +14,13 @@ from .constants import BUMP_STEP
 from .geometry import Geometry
 from .primitives import barycentrics
 from .textures import sample_texture
-from .vectors import Array, cross, dot, flatnonzero, orthonormal_basis
+from .vectors import ALL, Array, Index, count, cross, dot, flatnonzero, orthonormal_basis, select, take, write
 
 Numbers = NDArray[np.intp]
 
 
 class HitData:
-    """n hits, all on surface `surface` of the scene (expressions.Hits).
+    """n hits, all on surface `surface` of the scene (expressions.Hits). What nobody reads of them is not gathered.
 
     prim, point : (n,) and (3, n).   entering : (n,) bool, seen from the primitive's outer side.
     normal, wo  : (3, n) shading normal on the side of wo, and the direction to the eye.
@@ -29,11 +29,33 @@ class HitData:
 
     def __init__(
         self, geometry: Geometry, surface: int, prim: Numbers, point: Float64, entering: NDArray[np.bool_],
-        normal: Float32, wo: Float32, distance: Float64,
+        normal: Float32, wo: Float32, distance: Float64, index: Index = ALL,
     ) -> None:  # fmt: skip
-        self.geometry, self.surface, self.prim, self.point = geometry, surface, prim, point
-        self.entering, self.normal, self.wo, self.distance = entering, normal, wo, distance
+        """The hits `index` of those that the arrays are of."""
+        self.geometry, self.surface, self.prim = geometry, surface, take(prim, index)
+        self._of_all = {"point": point, "entering": entering, "normal": normal, "wo": wo, "distance": distance}
+        self._index = index
         self._layout = geometry.layouts[surface] if geometry.layouts else {}
+
+    @cached_property
+    def point(self) -> Float64:  # noqa: D102 (see the class)
+        return take(self._of_all["point"], self._index)
+
+    @cached_property
+    def entering(self) -> NDArray[np.bool_]:  # noqa: D102
+        return take(self._of_all["entering"], self._index)
+
+    @cached_property
+    def normal(self) -> Float32:  # noqa: D102
+        return take(self._of_all["normal"], self._index)
+
+    @cached_property
+    def wo(self) -> Float32:  # noqa: D102
+        return take(self._of_all["wo"], self._index)
+
+    @cached_property
+    def distance(self) -> Float64:  # noqa: D102
+        return take(self._of_all["distance"], self._index)
 
     def image(self, texture: Texture, uv: Array | None) -> Float32:
         """RGBA (4, n)."""
@@ -88,11 +110,13 @@ class HitData:
         return np.where(usable, n / np.where(usable, length, 1), self.normal).astype(np.float32)
 
     @cached_property
-    def _weights(self) -> tuple[Numbers, Float64]:
+    def _weights(self) -> tuple[Index, Float64]:
         """The hits on triangles and their barycentrics (3, m)."""
-        on_mesh = flatnonzero(self.prim < self.geometry.triangle_count)
-        b1, b2 = barycentrics(self.geometry, self.prim[on_mesh], self.point[:, on_mesh])
-        return on_mesh, np.stack([1 - b1 - b2, b1, b2])
+        on_mesh = select(self.prim < self.geometry.triangle_count)
+        weights = np.empty((3, count(on_mesh, len(self.prim))))
+        weights[1:] = barycentrics(self.geometry, take(self.prim, on_mesh), take(self.point, on_mesh))
+        np.subtract(1 - weights[1], weights[2], out=weights[0])
+        return on_mesh, weights
 
     def _interpolated(self, key: str) -> Float64:
         start, width = self._layout.get(key, (0, 0))
@@ -100,12 +124,13 @@ class HitData:
         result = np.zeros((width or 3, len(self.prim)))
         if width == 0 or data is None:
             return result
-        on_mesh, (b0, b1, b2) = self._weights
-        k = data.shape[1] // 3
-        corner = data.take(self.prim[on_mesh], axis=0).T.astype(np.float64)
-        for i in range(width):
-            row = start + i
-            result[i, on_mesh] = corner[row] * b0 + corner[k + row] * b1 + corner[2 * k + row] * b2
+        on_mesh, weights = self._weights
+        corner = data.take(take(self.prim, on_mesh), axis=0).T.reshape(3, -1, weights.shape[1])
+        found, second, third = corner[:, start : start + width]
+        found = found * weights[0]
+        found += second * weights[1]
+        found += third * weights[2]
+        write(result, on_mesh, found)
         return result
 
     def _coordinates(self, key: str) -> tuple[Float64, Float64]:

@@ -207,9 +207,7 @@ class PrimitiveSet:
         return blocked
 
 
-def barycentrics(
-    geometry: Geometry, prim: NDArray[np.integer], point: Float64, clamp: bool = True
-) -> Float64:
+def barycentrics(geometry: Geometry, prim: NDArray[np.integer], point: Float64, clamp: bool = True) -> Float64:
     """Weights (2, n) of the second and third corner of triangles `prim` at points (3, n), in float64."""
     planes, place = geometry.weights.reshape(-1, 4), prim * 2
     result = np.empty((2, len(prim)))

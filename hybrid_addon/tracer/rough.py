@@ -109,8 +109,8 @@ def _repeated(
     assert at.draws is not None
     rays.throughput = np.where(many, rays.throughput * np.float32(1 / parts), rays.throughput)
     rays.path = np.where(part > 0, hash32(rays.path + part), rays.path)
-    number = np.where(many, at.draws.number * np.uint32(parts) + part, at.draws.number)
-    return rays, replace(at, draws=Draws(at.draws.key, number)), t[index], index
+    draws = replace(at.draws, parts=np.stack([times[index].astype(np.uint32), part]))
+    return rays, replace(at, draws=draws), t[index], index
 
 
 def _microfacets(wo: Float32, n: Float32, alpha: Float32, redraw: Bools, draws: Draws) -> Float32:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,20 +69,35 @@ def _reverse(v: UInt32) -> UInt32:
     return v.byteswap()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Draws:
-    """The random numbers of n places in ray trees.
+    """The random numbers of n places in ray trees: worked out for those that ask for some.
 
-    key    : (n,) uint32, of the pixel and of the way through the tree.
-    number : (n,) uint32, of the sample within its pixel.
+    sample : (n,) intp, of the sampler's portion.
+    path   : (n,) uint32, the way through the tree.
+    parts  : (2, n) uint32, how many parts of a place there are, and which of them this is; None: it is whole.
     """
 
-    key: UInt32
-    number: UInt32
+    sampler: Sampler
+    sample: NDArray[np.intp]
+    path: UInt32
+    parts: UInt32 | None = None
+
+    @cached_property
+    def key(self) -> UInt32:
+        """(n,) of the pixel and of the way through the tree."""
+        return hash32(self.sampler.pixels.take(self.sample // self.sampler.count) ^ hash32(self.path))
+
+    @cached_property
+    def number(self) -> UInt32:
+        """(n,) of the sample within its pixel."""
+        number = (self.sampler.first + self.sample % self.sampler.count).astype(np.uint32)
+        return number if self.parts is None else number * self.parts[0] + self.parts[1]
 
     def take(self, index: Index) -> Draws:
         """Those of the places `index`, in that order."""
-        return Draws(take(self.key, index), take(self.number, index))
+        parts = None if self.parts is None else take(self.parts, index)
+        return Draws(self.sampler, take(self.sample, index), take(self.path, index), parts)
 
     def square(self, dimension: np.uint32, part: int = 0, parts: int = 1) -> tuple[Float32, Float32]:
         """Point `part` of the `parts` (n,) that each sample takes of the unit square in a dimension."""
@@ -103,8 +119,7 @@ class Sampler:
 
     def draws(self, sample: NDArray[np.intp], path: UInt32) -> Draws:
         """Of rays (n,) that belong to samples (n,) of the portion and came on paths (1, n)."""
-        key = self.pixels.take(sample // self.count) ^ hash32(path[0])
-        return Draws(hash32(key), (self.first + sample % self.count).astype(np.uint32))
+        return Draws(self, sample, path[0])
 
 
 def disk(u: Array, v: Array) -> tuple[Array, Array]:

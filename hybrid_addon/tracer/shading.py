@@ -19,7 +19,7 @@ from .occlusion import open_share
 from .scattering import mirrored, phong, schlick
 from .shadows import TOGETHER, Origins, visible_shares
 from .tally import Tally
-from .vectors import Array, Index, add, count, dot, flatnonzero, normalize, select, take
+from .vectors import Array, Index, add, count, dot, flatnonzero, normalize, select, take, write
 
 PI, INVERSE_PI = np.float32(np.pi), np.float32(1 / np.pi)
 
@@ -123,8 +123,7 @@ def _cut_faint(arriving: Float32, lit: Illumination, cut: Cut, tally: Tally) -> 
     share = take(arriving, faces)
     share *= PI / lit.specular[faces]
     faint = faces[cut(faces, share)]
-    for row in arriving:
-        row[faint] = 0
+    write(arriving, faint, 0)
     tally.add("shadow_cut", len(faint))
 
 
@@ -178,8 +177,7 @@ def _highlight(hit: Interaction, point: Float32, lit: Illumination, light: Compi
     lobe *= take(lit.specular, shiny)
     lobe *= faces
     highlight = schlick(hit.value("specular", shiny), wo_h) * lobe
-    for i in range(3):
-        result[i, shiny] = highlight[i]
+    write(result, shiny, highlight)
     return result
 
 
@@ -198,5 +196,4 @@ def _add_layered(
     if coat.any():
         color += coat * ggx_highlight(*cosines, hit.value("coat_roughness", index), radius)
     color *= take(lit.specular, index)
-    for row, values in zip(result, color, strict=True):
-        row[index] = values
+    write(result, index, color)

@@ -22,7 +22,7 @@ from .rays import offset_origin, origin_offset
 from .scattering import both_faces, fresnel_dielectric, simple_caustic
 from .tally import Tally
 from .varying import resolve_crossings
-from .vectors import ALL, Array, Index, count, flatnonzero, select, take
+from .vectors import ALL, Array, Index, count, flatnonzero, select, take, write
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -173,8 +173,7 @@ def visibility(
     if isinstance(remaining, slice):
         return passed
     visible = np.zeros(origin.shape, np.float32)
-    for i in range(3):
-        visible[i, remaining] = passed[i]
+    write(visible, remaining, passed)
     return visible
 
 
@@ -193,53 +192,62 @@ def _transmittance(
     The ray is not bent, so at both faces of a solid its angle is that in the outer medium, and F is taken from there.
     Also the rays that cross too many: they count as blocked.
     """
-    geometry = scene.geometry
+    geometry, absorption = scene.geometry, scene.media.shadow_absorption
     result = np.ones(wi.shape, np.float32)
-    active, d = np.arange(wi.shape[1]), wi
-    travelled = np.zeros(wi.shape[1])
+    # Of the rays that are on their way: which they are, how far it is, and what is left of their light; None: all.
+    active, d, reach = np.arange(wi.shape[1]), wi, t_max.astype(np.float64)
+    left = None if media is None or absorption is None else result
     for _ in range(MAX_SHADOW_CROSSINGS):
         tally.add("shadow_steps", len(active))
         hits = tinted.nearest(origin, d, tally)
-        crosses = travelled + hits.t < t_max.take(active)
-        if media is not None and scene.media.shadow_absorption is not None:
-            way = np.where(crosses, hits.t, t_max.take(active) - travelled)
-            result[:, active] *= transmittance(scene.media.shadow_absorption, media, way).astype(np.float32)
-        crossed = flatnonzero(crosses)
-        if len(crossed) == 0:
-            return result, crossed
-        active, d, prim, t = active[crossed], d.take(crossed, axis=1), hits.prim[crossed], hits.t[crossed]
-        normal, toward = hits.normal.take(crossed, axis=1), hits.toward[crossed]
-        table, surface = scene.surfaces, geometry.surface.take(prim)
-        cos = np.abs(toward)
-        seen = table.tabulated.look_up(surface, cos.astype(np.float32))
-        told = flatnonzero(table.varies_through.take(surface))
-        if len(told):
-            some = Hits(prim[told], t[told], normal.take(told, axis=1), toward[told])
-            way = origin.take(crossed[told], axis=1), d.take(told, axis=1)
-            seen = resolve_crossings(geometry, table, told, some, *way, seen)
-        fresnel, tint = fresnel_dielectric(cos, table.ior.take(surface)), seen.value("tint", ALL)
-        thin = scene.media.is_thin(prim.astype(np.intp))
-        fresnel, tint = both_faces(fresnel, tint, thin)
-        share = seen.value("interface", ALL) * (1 - fresnel)
-        if scene.settings.caustics == "SIMPLE":
-            focused = simple_caustic(cos, table.ior.take(surface))
-            share = share * (focused if thin is None else np.where(thin, 1.0, focused))
-        passed = result.take(active, axis=1)
-        passed *= (tint * share).astype(np.float32)
-        for row, values in zip(result, passed, strict=True):
-            row[active] = values
-        if media is not None:
-            media = scene.media.cross(media.take(crossed, axis=1), prim.astype(np.intp), toward < 0, Tally())
+        crosses = hits.t < reach
+        if left is not None and media is not None and absorption is not None:
+            left = left * transmittance(absorption, media, np.minimum(hits.t, reach)).astype(np.float32)
+        crossed = select(crosses)
+        if left is not None and not isinstance(crossed, slice):
+            arrived = flatnonzero(~crosses)
+            write(result, active[arrived], take(left, arrived))
+        if count(crossed, len(active)) == 0:
+            return result, active[:0]
+        hits, active, origin, d = hits.take(crossed), active[crossed], take(origin, crossed), take(d, crossed)
+        prim, entering = hits.prim.astype(np.intp), hits.toward < 0
+        passed = _passed(scene, prim, hits, origin, d)
+        left = passed if left is None else take(left, crossed) * passed
         # Go on behind the surface, unless nothing is left.
-        alive = flatnonzero((passed > 0).any(axis=0))
-        active, d, prim, t = active[alive], d.take(alive, axis=1), prim[alive], t[alive]
-        if len(active) == 0:
-            return result, active
-        media = None if media is None else media.take(alive, axis=1)
-        onward = normal.take(alive, axis=1) * np.sign(toward[alive])
-        point = origin.take(crossed[alive], axis=1) + d * t
-        travelled = travelled[crossed[alive]] + t
-        origin = offset_origin(point, onward, origin_offset(point.astype(np.float32), geometry.extent.take(prim)))
-    result[:, active] = 0
+        going = (left > 0).any(axis=0)
+        alive = select(going)
+        if not isinstance(alive, slice):
+            write(result, active[~going], 0)
+        if count(alive, len(active)) == 0:
+            return result, active[:0]
+        if media is not None:
+            media = take(scene.media.cross(take(media, crossed), prim, entering, Tally()), alive)
+        active, d, left, hits = active[alive], take(d, alive), take(left, alive), hits.take(alive)
+        point = d * hits.t
+        point += take(origin, alive)
+        reach = take(take(reach, crossed), alive) - hits.t
+        offset = origin_offset(point.astype(np.float32), geometry.extent.take(hits.prim))
+        offset *= np.sign(hits.toward)
+        origin = offset_origin(point, hits.normal, offset)
+    write(result, active, 0)
     tally.add("shadow_crossings_exhausted", len(active))
     return result, active
+
+
+def _passed(scene: CompiledScene, prim: Numbers, hits: Hits, origin: Float32, d: Float32) -> Float32:
+    """What share (3, n) shadow rays, from origins along d, keep of their light at a surface that they cross."""
+    table, surface = scene.surfaces, scene.geometry.surface.take(prim)
+    cos = np.abs(hits.toward)
+    seen = table.tabulated.look_up(surface, cos.astype(np.float32))
+    told = flatnonzero(table.varies_through.take(surface))
+    if len(told):
+        way = take(origin, told), take(d, told)
+        seen = resolve_crossings(scene.geometry, table, told, hits.take(told), *way, seen)
+    ior = table.ior.take(surface)
+    thin = scene.media.is_thin(prim)
+    fresnel, tint = both_faces(fresnel_dielectric(cos, ior), seen.value("tint", ALL), thin)
+    share = seen.value("interface", ALL) * (1 - fresnel)
+    if scene.settings.caustics == "SIMPLE":
+        focused = simple_caustic(cos, ior)
+        share = share * (focused if thin is None else np.where(thin, 1.0, focused))
+    return np.asarray(tint * share.astype(np.float32), np.float32)

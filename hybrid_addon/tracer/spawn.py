@@ -109,16 +109,17 @@ def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally:
     are never cut: the film's alpha counts them.
     """
     may_bounce = rays.depth < scene.settings.max_depth
-    may_pass = np.where(split.bends, may_bounce, rays.passes < MAX_STRAIGHT_PASSES)
+    may_pass = (may_bounce & split.bends) | ((rays.passes < MAX_STRAIGHT_PASSES) & ~split.bends)
     weightless = scene.plan.weightless
-    reflects = _within(rays, split.reflected, may_bounce, sums, weightless)
-    transmits = _within(rays, split.transmitted, may_pass, sums, weightless)
+    reflected, transmitted = largest_component(split.reflected), largest_component(split.transmitted)
+    reflects = _within(rays, reflected, may_bounce, sums, weightless)
+    transmits = _within(rays, transmitted, may_pass, sums, weightless)
     if sums.spent is None and np.count_nonzero(reflects) + np.count_nonzero(transmits) <= MAX_BRANCHES:
         return reflects, transmits
     weight = np.concatenate(
         [
-            largest_component(split.reflected) * reflects,
-            largest_component(split.transmitted) * (transmits & (split.bends | ~rays.camera)),
+            reflected * reflects,
+            transmitted * (transmits & (split.bends | ~rays.camera)),
         ]
     )
     sample = np.concatenate([rays.sample, rays.sample])
@@ -126,25 +127,25 @@ def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally:
         ended = choose(sample, weight)
         if ended.any():
             weight[ended] = 0
-            for throughput, follows, lost in zip(
-                (split.reflected, split.transmitted), (reflects, transmits), ended.reshape(2, -1), strict=True
+            for largest, follows, lost in zip(
+                (reflected, transmitted), (reflects, transmits), ended.reshape(2, -1), strict=True
             ):
                 index = flatnonzero(lost)
-                sums.add_residual(rays.sample[index], throughput.take(index, axis=1))
+                sums.add_residual(rays.sample[index], largest.take(index))
                 follows &= ~lost
                 tally.add(name, len(index))
     return reflects, transmits
 
 
 def _within(rays: Rays, weight: Float32, limit: Bools, sums: Sums, weightless: bool) -> Bools:
-    """The hits that may spawn a ray: a weight left, and within limits; what the limit cuts is residual.
+    """The hits that may spawn a ray: a weight (n,) left, and within limits; what the limit cuts is residual.
 
     weightless : rays without a weight are wanted, too.
     """
-    wanted = (weight != 0).any(axis=0) | weightless
+    wanted = (weight != 0) | weightless
     cut = flatnonzero(wanted & ~limit)
     if len(cut):
-        sums.add_residual(rays.sample[cut], weight.take(cut, axis=1))
+        sums.add_residual(rays.sample[cut], weight[cut])
     return wanted & limit
 
 

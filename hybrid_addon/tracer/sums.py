@@ -75,7 +75,8 @@ class Sums:
     ) -> Sums:
         """Nothing yet.
 
-        cutoff : throughput that each sample may lose.   parts : light passes that are wanted.   depth, first : see above.
+        cutoff : throughput that each sample may lose.   parts : light passes that are wanted.   depth, first : of the
+        class.
         """
         light_limit = int(cutoff * LIGHT_BUDGET / BUDGET_UNIT)
         limit = int(cutoff / BUDGET_UNIT) - light_limit
@@ -127,9 +128,8 @@ class Sums:
         for channel, row in zip(to, values.astype(np.float64), strict=True):
             np.add.at(channel, sample, row)  # of the sums' own type: thirty times as fast as with another
 
-    def add_residual(self, sample: Numbers, throughput: Float32) -> None:
-        """Note throughput (3, n) that was cut off: its largest channel, so that L_max times it bounds the error."""
-        lost = largest_component(throughput)
+    def add_residual(self, sample: Numbers, lost: Float32) -> None:
+        """Note throughput that was cut off: its largest channel (n,), so that L_max times it bounds the error."""
         np.add.at(self.residual, sample, lost.astype(np.float64))
         if self.spent is not None:
             np.add.at(self.spent, sample, budget_units(np.nan_to_num(lost, posinf=0.0)))

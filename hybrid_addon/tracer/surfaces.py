@@ -131,8 +131,8 @@ def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
     table = SurfaceTable(
         high["ior"][0], **_flags(low, high),
         varies=layered | expressive, expressive=expressive,
-        varies_through=(layered | through) & expressive & ~tabulated.known, layered=layered, blurs=blurs, tabulated=tabulated,
-        surfaces=surfaces, blur_roughness=_blur_roughness(low, high, blurs),
+        varies_through=(layered | through) & expressive & ~tabulated.known, layered=layered, blurs=blurs,
+        tabulated=tabulated, surfaces=surfaces, blur_roughness=_blur_roughness(low, high, blurs),
     )  # fmt: skip
     table = _with_layers(table, low, high, layered) if layered.any() else table
     return replace(table, shadow_clear=table.shadow_clear & ~table.absorbs)

@@ -14,6 +14,7 @@ from .constants import HALVES_TO_ERROR, SAMPLING_SLOPE
 from .film import Grid, PixelFilter
 from .forks import shared_zeros
 from .sums import LIGHT_PASSES, Sums
+from .vectors import write
 
 Bools = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
@@ -121,7 +122,7 @@ class Totals:
     def _give(self, pixels: Pixels, values: Float32, weights: Float32, first: int) -> None:
         """Add values (count, c, m) under the weights (k, count), and see how far their halves differ."""
         where, count = _as_slice(pixels), len(values)
-        given = self.given[:, :, where]
+        given = np.zeros((len(self.given), *values.shape[1:]), np.float32) if first == 0 else self.given[:, :, where]
         # What is no number stays in its own pixel.
         sound = values
         if not np.isfinite(values).all():
@@ -137,8 +138,8 @@ class Totals:
                 given[k] += product
                 if k == 0 and s >= middle:
                     second += product[OWN]
-        if not isinstance(where, slice):
-            self.given[:, :, where] = given
+        if first == 0 or not isinstance(where, slice):
+            write(self.given.reshape(-1, self.given.shape[-1]), where, given.reshape(-1, given.shape[-1]))
         if middle >= 0 and first + count > 1:
             self._estimate(where, half, second)
         else:

@@ -43,7 +43,8 @@ def resolve_crossings(
 ) -> HitValues:
     """The values `seen` of n points where shadow rays cross primitives, with what expressions tell of some.
 
-    told : (m,) of which.   hits, origin, wi : of these, their rays (3, m). Of columns there are the rows CROSSING alone.
+    told             : (m,) of which.
+    hits, origin, wi : of these, and their rays (3, m). Of columns there are the rows CROSSING alone.
     """
     prim, cos = hits.prim.astype(np.intp), np.abs(hits.toward)
     normal = (-hits.normal * np.sign(hits.toward)).astype(np.float32)
@@ -74,10 +75,7 @@ def _worn(
     met = flatnonzero(np.bincount(surface, minlength=len(table.expressive)))
     for number in met[table.expressive[met]].tolist():
         hits = flatnonzero(surface == number)
-        data = HitData(
-            geometry, number, take(prim, hits), take(point, hits), take(entering, hits), take(normal, hits),
-            take(wo, hits), take(distance, hits),
-        )  # fmt: skip
+        data = HitData(geometry, number, prim, point, entering, normal, wo, distance, hits)
         hits = hits if isinstance(among, slice) else take(among, hits)
         found.append(_Worn(number, table.surfaces[number], hits, data, Evaluation(data)))
     return found
@@ -106,14 +104,15 @@ def _with_expressions(
     own = [one for one in worn if not table.tabulated.known[one.number]]
     if not own:
         return replace(values, factors=factor)
-    columns, place, share = values.columns, values.place.copy(), values.share
+    columns, place = values.columns, values.place.copy()
     rows = CROSSING if crossing else slice(None)
     found = [columns.values[rows]]
     start = columns.values.shape[1]
     for one in own:
         fields = fields_of(one.surface, one.evaluate, table.known[crossing][one.number])
         angle = take(cos, one.hits).astype(np.float64)
-        found.append((layered_columns(fields, angle) if one.surface.layered else plain_columns(fields, len(angle)))[rows])
+        own_columns = layered_columns(fields, angle) if one.surface.layered else plain_columns(fields, len(angle))
+        found.append(own_columns[rows])
         place[one.hits] = start + np.arange(len(angle))
         start += len(angle)
     columns = replace(columns, values=np.concatenate(found, axis=1))

@@ -160,7 +160,7 @@ def _drop_untraceable(rays: Rays, sums: Sums, tally: Tally) -> Rays:
         return rays
     lost = rays.take(flatnonzero(~sound))
     tally.add("dropped", len(lost))
-    sums.add_residual(lost.sample, lost.throughput)
+    sums.add_residual(lost.sample, largest_component(lost.throughput))
     return rays.take(flatnonzero(sound))
 
 
@@ -256,7 +256,7 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tal
             sums.add_radiance(sample, radiance, take(rays.branch, shaded))
             if seen.cut.any():
                 lost = flatnonzero(seen.cut)
-                sums.add_residual(sample[lost], weight[:, lost])
+                sums.add_residual(sample[lost], largest_component(weight[:, lost]))
             if at.lit is not None and seen.lit is not None:
                 at.lit[shaded] = seen.lit
 

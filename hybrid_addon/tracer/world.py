@@ -9,7 +9,7 @@ from ..scene import Float32, Float64, SunLight, Texture, World
 from .blur import BLUR_ROUGHNESS, blurred, levels
 from .sky import Sky
 from .textures import equirect_coordinates, lookup
-from .vectors import flatnonzero, select, take
+from .vectors import add, count, flatnonzero, select, take, write
 
 FIRST_ORDER = 0.488602512  # of the spherical harmonics along an axis
 DERING_LENGTH = 4 * np.pi * FIRST_ORDER * (FIRST_ORDER * 2 / 3 + 0.05)
@@ -50,9 +50,10 @@ class CompiledWorld:
         if self._backdrop is self._sky or not camera.any():
             return self.radiance(direction)
         result = np.empty(direction.shape, np.float32)
-        for sky, those in ((self._sky, ~camera), (self._backdrop, camera)):
-            if those.any():
-                result[:, those] = sky.radiance(direction[:, those])
+        for sky, those in ((self._sky, select(~camera)), (self._backdrop, select(camera))):
+            n = count(those, len(camera))
+            if n:
+                write(result, those, np.broadcast_to(sky.radiance(take(direction, those)), (3, n)))
         return result
 
     def glossy(self, direction: Float32, roughness: Float32) -> Float32:
@@ -68,7 +69,7 @@ class CompiledWorld:
             t = (take(level, here) - i).astype(np.float32)
             for image, weight in ((self._blurred[i], 1 - t), (self._blurred[i + 1], t)):
                 found = lookup(image.pixels, take(u, here), take(v, here), "REPEAT", "EXTEND")
-                result[:, here] += weight * found[:3]
+                add(result, here, weight * found[:3])
         return result
 
     def prepare_glossy(self, low: float, high: float) -> None:

@@ -100,7 +100,7 @@ def test_a_sample_spends_its_own_budget_on_its_smallest_branches():
     weight = np.float32([0.125, 0.25, 0.0625, 0.1875, 0.5, 0.125])
     first = sums.cuttable(sample, weight)
     np.testing.assert_array_equal(first, [True, False, True, False, False, True])
-    sums.add_residual(sample[first], np.stack([weight[first]] * 3))
+    sums.add_residual(sample[first], weight[first])
     np.testing.assert_array_equal(sums.residual, [0.1875, 0.125, 0, 0])
     np.testing.assert_array_equal(sums.cuttable(sample, weight), [False, False, True, False, False, True])
 

@@ -298,7 +298,7 @@ def test_the_cutoff_never_spends_more_than_its_budget(seed, cutoff):
         sample = rng.integers(0, 16, 60)
         weight = (10.0 ** rng.uniform(-9, 0, 60)).astype(np.float32)
         cut = np.flatnonzero(sums.cuttable(sample, weight))
-        sums.add_residual(sample[cut], np.repeat(weight[None, cut], 3, 0))
+        sums.add_residual(sample[cut], weight[cut])
         assert (sums.spent <= sums.allowed(np.arange(16))).all()
     assert (sums.residual <= cutoff * (1 + 1e-6)).all()
 
