@@ -14,12 +14,14 @@ the same before it has begun, its work is done by threads (`passes.SLOW_START`).
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import mmap
 import os
 import select
 import signal
 import sys
+import threading
 import warnings
 from collections.abc import Callable
 from math import prod
@@ -58,7 +60,9 @@ class ForkKilled(RuntimeError):
 
 
 class Forks:
-    """Processes that do portions; to be used in a `with`, at whose end none is left.
+    """Processes that do portions; to be used in a `with`, at whose end none works any more.
+
+    Their end takes longer than that of the `with`: giving the memory of a large process back takes 10 ms and more.
 
     number : of processes.   work : what each does with a portion's number, on what it had at the fork.
     """
@@ -84,7 +88,7 @@ class Forks:
         if self._children:
             with contextlib.suppress(ProcessLookupError):  # one that has ended waits to be fetched: it is still a group
                 os.killpg(self._children[0], signal.SIGKILL)
-        _fetch(self._children)
+        threading.Thread(target=_fetch, args=(self._children,), name="hybrid-forks", daemon=True).start()
         os.close(self._answers)
 
     def check(self) -> None:
@@ -158,6 +162,7 @@ def _fetch(children: list[int]) -> int:
 def _serve(jobs: int, answers: int, work: Work, children: list[int]) -> None:
     """A child's whole life. A portion that fails is not answered: the parent does it again, and fails as it should."""
     code = 1
+    gc.freeze()  # what came with the fork is nobody's garbage: looking at it would copy it
     try:
         while len(job := os.read(jobs, RECORD)) == RECORD:
             portion = int.from_bytes(job, "little")

@@ -22,6 +22,7 @@ from .sums import wanted_parts
 from .tally import Tally
 from .totals import Totals
 from .validate import validate
+from .vectors import as_slice
 
 __all__ = ["Cancelled", "Progress", "trace", "trace_compiled"]
 
@@ -188,12 +189,15 @@ class _Frame:
                 light, lost, light_passes, covered = self.total.developed(band)
                 failed = ~np.isfinite(light).all(axis=0) | ~np.isfinite(lost)
                 negative = int(np.count_nonzero((light < 0).any(axis=0)))
-            light[:, failed] = np.array(FAILED_PIXEL)[:, None]
-            lost[failed] = 1
-            place = self.grid.window[band]
+            if failed.any():
+                light[:, failed] = np.array(FAILED_PIXEL)[:, None]
+                lost[failed] = 1
+            place = as_slice(self.grid.window[band])
             known[place] = covered > 0 if self.must_fill else self.total.samples[band] > 0
             covered[uncovered[band]] = 0
-            radiance[place], residual[place], coverage[place] = light.T, lost, covered
+            residual[place], coverage[place] = lost, covered
+            for channel, values in enumerate(light):
+                radiance[place, channel] = values
             for name, part in light_passes.items():
                 parts[name][place] = part.T
             wanted[place] = True

@@ -20,6 +20,7 @@ from .compiled import CompiledScene
 from .constants import COARSEST, FIRST_SAMPLES, SAMPLING_SLOPE
 from .passes import Pass, Passes, Pixels
 from .totals import ESTIMATED, SEEN, Totals, neighbours_rmse
+from .vectors import as_slice, take
 
 END = 0.95
 """The fraction of the progress at which all samples are taken."""
@@ -127,7 +128,7 @@ class Schedule:
     def _note_errors(self) -> None:
         """How many samples there were, and the error to expect of them, over the traced pixels and as they show."""
         pixels = self.passes.grid.inside()
-        taken = self.totals.samples[pixels]
+        taken = take(self.totals.samples, as_slice(pixels))
         pixels = pixels[:: max(1, len(pixels) // ESTIMATED)]
         variance = self.totals.variance_of_mean(pixels)
         if self.weight is not None:
@@ -144,9 +145,8 @@ class Schedule:
         """Of one sample a pixel, or less."""
         if len(self.pixels) == 0:
             return None
-        weight = np.ones(len(self.pixels), np.float32) if self.weight is None else self.weight
         traced = self.totals.given[0, SEEN] > 0
-        return neighbours_rmse(self.totals.mean, self.passes.grid, traced, weight)
+        return neighbours_rmse(self.totals.mean, self.passes.grid, traced, self.weight)
 
     def _skip(self, what: str, why: str, number: int) -> None:
         if number:

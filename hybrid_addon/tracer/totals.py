@@ -14,11 +14,11 @@ from .constants import HALVES_TO_ERROR, SAMPLING_SLOPE
 from .film import Grid, PixelFilter
 from .forks import shared_zeros
 from .sums import LIGHT_PASSES, Sums
-from .vectors import write
+from .vectors import Index, as_slice, take, write
 
 Bools = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
-Source = tuple[NDArray[np.signedinteger], Float64]
+Source = tuple[Index, Float64, NDArray[np.int32]]
 
 RADIANCE, SEEN, RESIDUAL, OWN = slice(0, 3), 3, 4, slice(0, 4)
 """Rows of `Totals.given`; those of light passes follow."""
@@ -121,7 +121,7 @@ class Totals:
 
     def _give(self, pixels: Pixels, values: Float32, weights: Float32, first: int) -> None:
         """Add values (count, c, m) under the weights (k, count), and see how far their halves differ."""
-        where, count = _as_slice(pixels), len(values)
+        where, count = as_slice(pixels), len(values)
         given = np.zeros((len(self.given), *values.shape[1:]), np.float32) if first == 0 else self.given[:, :, where]
         # What is no number stays in its own pixel.
         sound = values
@@ -197,7 +197,7 @@ class Totals:
         Light passes are 0 where they are not finite. Coverage is the share of the samples that count.
         """
         sources = self._sources(pixels)
-        sums, taken = self._gathered(sources, slice(None)), self._taken(sources)
+        sums, taken = self._gathered(sources, slice(None)), self._all_seen(sources)
         parts = {
             name: np.nan_to_num(_quotient(sums[rows], sums[SEEN]), posinf=0, neginf=0)
             for name, rows in self.rows.items()
@@ -224,42 +224,53 @@ class Totals:
 
     def _gathered(self, sources: list[Source], rows: slice) -> Float64:
         """(c, m): what pixels get from themselves and from those around them, each weighed by its number of samples."""
-        result = np.zeros((len(self.given[0, rows]), len(sources[0][0])))
-        for plane, (source, share) in zip(self.given, sources, strict=True):
+        result = np.zeros((len(self.given[0, rows]), len(sources[0][1])))
+        for plane, (source, share, _) in zip(self.given, sources, strict=True):
             for row, values in zip(result, plane[rows], strict=True):
-                row += values.take(source) * share
+                row += take(values, source) * share
         return result
 
-    def _taken(self, sources: list[Source]) -> Float64:
+    def _all_seen(self, sources: list[Source]) -> Float64:
         """(m,): what SEEN would be if all samples counted."""
-        most = int(np.max(self.samples, initial=0))
+        most = max(int(np.max(taken, initial=0)) for _, _, taken in sources)
         weights = np.zeros((len(self.filter.offsets), most + 1), np.float32)
         np.cumsum(self.filter.weights(0, most), axis=1, out=weights[:, 1:])
-        result = np.zeros(len(sources[0][0]))
-        for table, (source, share) in zip(weights, sources, strict=True):
-            result += table.take(self.samples[source]) * share
+        result = np.zeros(len(sources[0][1]))
+        for table, (_, share, taken) in zip(weights, sources, strict=True):
+            result += table.take(taken) * share
         return result
 
     def _sources(self, pixels: Pixels) -> list[Source]:
-        """For each offset of the filter, the pixels (m,) that give to `pixels` over it, and what they count: one over
-        the number of their samples, or 0."""
-        found = []
+        """For each offset of the filter, the pixels (m,) that give to `pixels` over it, what they count, one over the
+        number of their samples, or 0, and that number."""
+        found: list[Source] = []
         for offset in self.filter.offsets:
-            source = pixels if offset == (0, 0) else self.grid.neighbours(pixels, offset)
-            taken = self.samples[source]
-            found.append((source, ((source >= 0) & (taken > 0)) / np.maximum(taken, 1)))
+            number = pixels if offset == (0, 0) else self.grid.neighbours(pixels, offset)
+            there = number >= 0
+            source = self._consecutive(number, there)
+            taken = take(self.samples, source)
+            there &= taken > 0
+            found.append((source, there / np.maximum(taken, 1), taken))
         return found
+
+    def _consecutive(self, number: NDArray[np.signedinteger], there: Bools) -> Index:
+        """Numbers (m,) of pixels as a slice if they are consecutive where they are `there` (m,): others do not count.
+
+        So those of a full picture are, but for the ends of its rows.
+        """
+        if len(number) == 0:
+            return number
+        first = int(there.argmax())
+        start = int(number[first]) - first
+        if start < 0 or start + len(number) > len(self.samples):
+            return number
+        wanted = np.arange(start, start + len(number), dtype=number.dtype)
+        return slice(start, start + len(number)) if ((number == wanted) | ~there).all() else number
 
 
 def _in_bands(work: Callable[[Pixels], NDArray[Any]], pixels: Pixels) -> NDArray[Any]:
     """What `work` gives of pixels (m,), (..., m): some of them after the others, or it would need much memory."""
     return np.concatenate([work(pixels[i : i + BAND]) for i in range(0, max(len(pixels), 1), BAND)], axis=-1)
-
-
-def _as_slice(pixels: Pixels) -> Pixels | slice:
-    """Consecutive numbers as a slice: it copies ten times as fast."""
-    is_run = len(pixels) > 0 and pixels[-1] - pixels[0] == len(pixels) - 1 and bool((np.diff(pixels) == 1).all())
-    return slice(int(pixels[0]), int(pixels[-1]) + 1) if is_run else pixels
 
 
 def _quotient(sums: NDArray, seen: NDArray) -> Float32:
@@ -268,13 +279,15 @@ def _quotient(sums: NDArray, seen: NDArray) -> Float32:
         return np.asarray((sums / np.where(seen > 0, seen, 1)).astype(np.float32))
 
 
-def neighbours_rmse(mean: Callable[[Pixels], Float32], grid: Grid, traced: Bools, weight: Float32) -> float | None:
+def neighbours_rmse(
+    mean: Callable[[Pixels], Float32], grid: Grid, traced: Bools, weight: Float32 | None
+) -> float | None:
     """Error to expect of n pixels with one sample or none, from how far neighbours differ; None: nobody knows.
 
     A sample is half as far, squared, from the mean that it stands for as from its neighbour's; a pixel that copies a
     neighbour is as far as that is. Where a picture has detail of its own this is more than the error.
 
-    mean : gives (3, m) of pixels.   traced : (n,) with a sample.   weight : (n,), the pixel's share.
+    mean : gives (3, m) of pixels.   traced : (n,) with a sample.   weight : (n,), the pixel's share; None: 1.
     """
     known, step = np.flatnonzero(traced), 1
     known = known[:: max(1, len(known) // ESTIMATED)]
@@ -284,7 +297,9 @@ def neighbours_rmse(mean: Callable[[Pixels], Float32], grid: Grid, traced: Bools
             there = grid.beside(known, offset)
             both = (there >= 0) & traced[there]
             here, next_to = known[both], there[both].astype(np.intp)
-            apart = np.subtract(mean(here), mean(next_to)) * weight[here]
+            apart = np.subtract(mean(here), mean(next_to))
+            if weight is not None:
+                apart *= weight[here]
             squared += float((apart * apart).mean(axis=0).sum(dtype=np.float64))
             pairs += len(here)
         if pairs:
