@@ -253,14 +253,14 @@ class Totals:
             found.append((source, there / np.maximum(taken, 1), taken))
         return found
 
-    def _consecutive(self, number: NDArray[np.signedinteger], there: Bools) -> Index:
+    def _consecutive(self, number: NDArray[Any], there: Bools) -> Index:
         """Numbers (m,) of pixels as a slice if they are consecutive where they are `there` (m,): others do not count.
 
         So those of a full picture are, but for the ends of its rows.
         """
         if len(number) == 0:
             return number
-        first = int(there.argmax())
+        first = int(np.argmax(there))
         start = int(number[first]) - first
         if start < 0 or start + len(number) > len(self.samples):
             return number

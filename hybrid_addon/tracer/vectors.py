@@ -109,7 +109,7 @@ def add(a: Array, index: Index, columns: Array) -> None:
         row[index] += values
 
 
-def as_slice(index: NDArray[np.integer]) -> Index:
+def as_slice(index: NDArray[Any]) -> Index:
     """Consecutive numbers (n,) as a slice: it copies ten times as fast."""
     is_run = len(index) > 0 and index[-1] - index[0] == len(index) - 1 and bool((index[1:] > index[:-1]).all())
     return slice(int(index[0]), int(index[-1]) + 1) if is_run else index

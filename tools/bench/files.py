@@ -37,9 +37,9 @@ def without_opengl() -> str:
     return opengl.missing() or ""
 
 
-def render(scene: bpy.types.Scene, mode: str, eevee: int, samples: int) -> dict[str, Any]:
+def render(scene: bpy.types.Scene, mode: str, eevee: int, samples: int, adaptive: float = 0.0) -> dict[str, Any]:
     """One frame through Blender's render pipeline; the report of what was traced, {} in mode RASTER."""
-    scene.hybrid.mode, scene.hybrid.samples, scene.hybrid.adaptive = mode, samples, 0.0
+    scene.hybrid.mode, scene.hybrid.samples, scene.hybrid.adaptive = mode, samples, adaptive
     scene.eevee.taa_render_samples = eevee
     pipeline.sync(scene)
     bpy.ops.render.render(scene=scene.name)
