@@ -101,7 +101,7 @@ def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays) ->
     entering = hits.toward < 0
     point = rays.direction * hits.t
     point += rays.origin
-    facing = hits.normal * np.where(entering, 1.0, -1.0)
+    facing = hits.normal * -np.copysign(1.0, hits.toward)
     offset = origin_offset(point.astype(np.float32), geometry.extent.take(prim))
     n_geometric = facing.astype(np.float32)
     n_shading, weights = _shading_normal(geometry, prim, point, n_geometric, entering)
@@ -136,8 +136,8 @@ def _shading_normal(
     n = corner[0:3] * (1 - weights[0] - weights[1]).astype(np.float32)
     n += corner[3:6] * u
     n += corner[6:9] * v
-    length = np.sqrt(dot(n, n))
-    n *= np.where(take(entering, smooth), np.float32(1), np.float32(-1)) / np.where(length > 0, length, np.float32(1))
+    length = np.maximum(np.sqrt(dot(n, n)), np.finfo(np.float32).tiny)
+    n *= (2 * take(entering, smooth).astype(np.float32) - 1) / length
     # A normal that vanishes or points into its own surface tells nothing: the geometric one then.
     facing = take(n_geometric, smooth)
     np.copyto(n, facing, where=~(dot(n, facing) > 0))
@@ -164,9 +164,13 @@ def shadow_origin(geometry: Geometry, hit: Interaction, index: Index) -> Float32
     if count(smooth, len(prim)) == 0:
         return outer
     on_smooth = smooth if isinstance(index, slice) else take(index, smooth)
-    prim, point, sign = take(prim, smooth), take(hit.point, on_smooth), np.where(take(hit.entering, on_smooth), 1, -1)
+    prim, point, sign = (
+        take(prim, smooth),
+        take(hit.point, on_smooth),
+        2 * take(hit.entering, on_smooth) - np.float32(1),
+    )
     u, v = take(hit.weights, on_smooth)
-    normals = np.ascontiguousarray(geometry.normals.take(prim, axis=0).T) * sign.astype(np.float32)
+    normals = np.ascontiguousarray(geometry.normals.take(prim, axis=0).T) * sign
     corners, lifted = geometry.triangles.take(prim, axis=0), point.copy()
     for i, weight in enumerate((1 - u - v, u, v)):
         toward = geometry.vertices.take(corners[:, i], axis=0).T - point

@@ -141,7 +141,7 @@ def shadow_rays(
     wi: Float32 = np.broadcast_to(compiled.position, (3, n)) if is_sun else compiled.position - origin
     if square is not None:
         offset = offset_on_light(compiled.light, wi, square)
-        wi = wi + np.where(dot(wi + offset, normal) > 0, offset, -offset)
+        wi = wi + offset * np.copysign(np.float32(1), dot(wi + offset, normal))
     elif is_sun:
         return wi, np.full(n, np.inf, np.float32)
     distance: Float32 = np.sqrt(dot(wi, wi))

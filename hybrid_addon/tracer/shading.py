@@ -12,6 +12,7 @@ import numpy as np
 
 from ..scene import Float32
 from .compiled import CompiledScene
+from .constants import LEAST_COSINE
 from .interaction import Interaction
 from .layers import ggx_highlight
 from .lights import CompiledLight, Illumination, angular_radius, illuminate
@@ -166,12 +167,12 @@ def _highlight(hit: Interaction, point: Float32, lit: Illumination, light: Compi
     wi, wo, n = take(lit.wi, shiny), take(hit.wo, shiny), take(hit.n_shading, shiny)
     half = normalize(wi + wo)
     cos_h, wo_h = np.minimum(dot(half, n), np.float32(1)), dot(half, wo)
-    faces = (cos_h > 0) & (wo_h > 0)
+    faces, least = (cos_h > 0) & (wo_h > 0), np.float32(LEAST_COSINE)
     lobe = phong(
-        np.where(faces, cos_h, np.float32(1)),
+        np.maximum(cos_h, least),
         take(cos_i, shiny),
         take(cos_o, shiny),
-        np.where(faces, wo_h, np.float32(1)),
+        np.maximum(wo_h, least),
         hit.value("exponent", shiny),
     )
     lobe *= take(lit.specular, shiny)

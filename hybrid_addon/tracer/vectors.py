@@ -42,7 +42,7 @@ def normalize(a: Array) -> Array:
 
 def orthonormal_basis(n: Array) -> tuple[Array, Array]:
     """Two unit directions (3, n) that make a right-handed basis with unit n (3, n) (Duff et al. 2017)."""
-    sign = np.where(n[2] < 0, -1, 1).astype(n.dtype)
+    sign = np.copysign(n.dtype.type(1), n[2])
     a = -1 / (sign + n[2])
     b = n[0] * n[1] * a
     tangent = np.stack([1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]])

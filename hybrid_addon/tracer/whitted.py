@@ -167,10 +167,10 @@ def _drop_untraceable(rays: Rays, sums: Sums, tally: Tally) -> Rays:
 def _closest_hits(scene: CompiledScene, rays: Rays, by_camera: PrimitiveSet, tally: Tally) -> Hits:
     """Nearest hits; camera rays and later rays may see different sets, and camera rays end at the clip plane."""
     later = scene.seen_by_secondary
+    if not rays.camera.any():
+        return later.nearest(rays.origin, rays.direction, tally)
     if by_camera is later or rays.camera.all():
         hits = by_camera.nearest(rays.origin, rays.direction, tally)
-    elif not rays.camera.any():
-        return later.nearest(rays.origin, rays.direction, tally)
     else:
         n = len(rays)
         hits = Hits(np.empty(n, np.int32), np.empty(n), np.empty((3, n)), np.empty(n))
