@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mmap
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -42,6 +43,17 @@ def _send(call: Call) -> None:
         scene.run(origin, direction, dists=t_max.copy(), query="OCCLUDED")  # embreex overwrites it
 
 
+def _kept_apart(a: np.ndarray) -> np.ndarray:
+    """A contiguous float32 copy in memory that forks do not inherit: gigabytes would slow them down."""
+    if not hasattr(mmap, "MADV_DONTFORK"):
+        return np.array(a, np.float32, order="C")
+    memory = mmap.mmap(-1, max(a.size, 1) * 4, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)  # neighbours count as one
+    memory.madvise(mmap.MADV_DONTFORK)
+    copy = np.frombuffer(memory, np.float32, a.size).reshape(a.shape)
+    copy[...] = a
+    return copy
+
+
 @contextmanager
 def recorded() -> Iterator[Recording]:
     """Record what is traced meanwhile. Slow, and it holds all rays in memory."""
@@ -50,9 +62,9 @@ def recorded() -> Iterator[Recording]:
 
     def note(scene: accel.TriangleScene, origin: Any, direction: Any, t_max: Any = None) -> None:
         if scene.size and origin.shape[1]:
-            rays = [np.array(a.T, np.float32, order="C") for a in (origin, direction)]
+            rays = [_kept_apart(a.T) for a in (origin, direction)]
             with lock:
-                found.calls.append((scene._scene, rays[0], rays[1], None if t_max is None else t_max.copy()))
+                found.calls.append((scene._scene, rays[0], rays[1], None if t_max is None else _kept_apart(t_max)))
 
     def noted_intersect(self: Any, origin: Any, direction: Any) -> Any:
         note(self, origin, direction)
