@@ -43,7 +43,9 @@ def reduced(pixels: Float32, rows: int) -> Float64:
         used = np.flatnonzero(weights)
         band = slice(int(used[0]), int(used[-1]) + 1)
         row[:] = np.tensordot(weights[band].astype(np.float32), pixels[band], 1)
-    return np.matmul(wide / wide.sum(axis=1, keepdims=True), result)
+    # All rows in one product: one for each, of four columns, takes ten times as long.
+    across = np.ascontiguousarray(result.transpose(1, 0, 2)).reshape(width, -1)
+    return ((wide / wide.sum(axis=1, keepdims=True)) @ across).reshape(2 * rows, rows, -1).transpose(1, 0, 2)
 
 
 def _overlaps(fine: int, coarse: int) -> Float64:
