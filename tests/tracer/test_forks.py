@@ -72,11 +72,21 @@ def command(number):
 
 
 def parent(number):
+    return stat(number)[1]
+
+
+def has_begun(number):
+    """Whether it has worked for some ticks of the clock: then it has a portion."""
+    return (stat(number)[11] or 0) >= 5
+
+
+def stat(number):
+    """What the system says of a process, from its state on (proc(5)); None for each where there is none."""
     try:
         with open(f"/proc/{number}/stat", encoding="ascii", errors="replace") as file:
-            return int(file.read().rpartition(")")[2].split()[1])
+            return [None, *(int(field) for field in file.read().rpartition(")")[2].split()[1:])]
     except OSError:
-        return None
+        return [None] * 50
 
 
 def test_the_picture_is_that_of_threads(scene):
@@ -131,8 +141,11 @@ def test_the_deadline_holds(scene):
 def test_one_that_is_killed_is_named(scene, grandchild):
     before = children()
 
+    def right(number):
+        return number not in before and (parent(number) != os.getpid()) == grandchild and has_begun(number)
+
     def kill():
-        while not (new := [c for c in children() if (parent(c) != os.getpid()) == grandchild and c not in before]):
+        while not (new := [c for c in children() if right(c)]):
             time.sleep(0.01)
         os.kill(int(new[0]), signal.SIGKILL)
 
