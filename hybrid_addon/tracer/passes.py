@@ -45,16 +45,22 @@ LONGEST_PORTION = 1 << 19
 """Camera rays of a portion: the sums of their samples take 80 bytes each, and share 64 bits with their budgets."""
 
 SMALLEST_PORTION = 1 << 13
-"""Small pictures are split evenly over the threads, but not into fewer camera rays than pay for a wave's overhead."""
+"""Small pictures are split evenly over the processes, but not into fewer camera rays than pay for a wave's overhead."""
+
+FOR_A_THREAD = 1 << 16
+"""The same for threads: two with half as many each take up to 1.8 times as long as one with all. They hand the
+interpreter lock over at every call, and the waves at the end of a portion are many short calls."""
 
 SHORT_PORTION = 1 << 14
-"""Camera rays that are taken at once against a deadline: what is not done by then is lost."""
+"""Camera rays that are taken at once at least against a deadline: what is not done by then is lost."""
 
-PORTIONS = 4
-"""For each thread at most: one that has more time than the others can take more."""
+SHARE_AT_RISK = 0.25
+"""Of the time that is left, what a portion may take: short ones would cost more than is lost of long ones, up to three
+times the time."""
 
-EVEN_PORTION = 1 << 17
-"""Camera rays of a portion, below which it is not worth it: each has short waves at its end."""
+PORTIONS, EVEN_PORTION = 4, 1 << 17
+"""For each of many processes, and of so many camera rays: the slowest decides, and of 16 equal portions one takes half
+as long again as another. Few processes are even, and lose more to the short waves at the end of each portion."""
 
 TURN = 0.618
 """Of the portions, by how much each deal is turned against the last."""
@@ -113,6 +119,7 @@ class Passes:
         self.tally = Tally()
         self.stop = threading.Event()
         self.progress = progress
+        self.speed = 0.0  # camera rays a second of each thread or process, in the last pass
         self.forks = self.settings.processes and AVAILABLE
         self.identity = identities(scene.geometry) if scene.settings.adaptive > 0 else None
 
@@ -132,7 +139,11 @@ class Passes:
         n = len(pixels) * work.count
         forked = totals.shared and threads >= FEWEST and n >= WORTH_IT
         threads = threads if forked else workers(self.settings)
-        portions = _portions(pixels, work.count, threads, SHORT_PORTION if deadline < math.inf else LONGEST_PORTION)
+        longest = LONGEST_PORTION
+        if deadline < math.inf:
+            at_risk = SHARE_AT_RISK * max(deadline - time.perf_counter(), 0.0)
+            longest = int(min(max(at_risk * self.speed, SHORT_PORTION), LONGEST_PORTION))
+        portions = _portions(pixels, work.count, threads, longest, SMALLEST_PORTION if forked else FOR_A_THREAD)
         done, until = progress
         begun = shared_zeros((max(len(portions), 1),), np.int64)  # samples of each portion
 
@@ -142,11 +153,14 @@ class Passes:
         def watch() -> None:
             self.report(done + (until - done) * int(begun.sum()) / max(n, 1))
 
-        left, in_time = list(range(len(portions))), True
+        left, in_time, began = list(range(len(portions))), True, time.perf_counter()
         if forked:
             self.scene.build_all()
             left, in_time = _over_processes(min(threads, len(portions)), trace, begun, self.tally.merge, watch)
-        return self._over_threads(workers(self.settings), trace, left, self.tally.merge, watch) and in_time
+        in_time = self._over_threads(workers(self.settings), trace, left, self.tally.merge, watch) and in_time
+        at_once = max(min(threads, len(portions)), 1)
+        self.speed = int(begun.sum()) / max((time.perf_counter() - began) * at_once, 1e-9)
+        return in_time
 
     def _over_threads(self, threads: int, trace: Work, portions: list[int], finished: Finished, watch: Watch) -> bool:
         """Do portions; whether all came to their end in time."""
@@ -235,11 +249,11 @@ class Passes:
             yield camera_rays(origin, direction, t_max, sample, media, signed, branched)
 
 
-def _portions(pixels: Pixels, count: int, threads: int, longest: int) -> list[Pixels]:
-    """Pixels with `count` samples each, dealt out in short runs to portions of at most `longest` samples."""
+def _portions(pixels: Pixels, count: int, threads: int, longest: int, smallest: int) -> list[Pixels]:
+    """Pixels with `count` samples each, dealt out in short runs to portions of `smallest` to `longest` samples."""
     n = len(pixels) * count
-    each = min(max(n // (threads * EVEN_PORTION), 1), PORTIONS)
-    wanted = max(-(-n // longest), min(each * threads if threads > 1 else 1, n // SMALLEST_PORTION))
+    each = min(max(n // (threads * EVEN_PORTION), 1), PORTIONS) if threads > MOST_THREADS else 1
+    wanted = max(-(-n // longest), min(each * threads if threads > 1 else 1, n // smallest))
     if wanted > threads:  # in whole rounds, or some would wait for the others' last
         wanted = -(-wanted // threads) * threads
     number = max(1, min(wanted, len(pixels)))
