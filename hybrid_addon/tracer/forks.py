@@ -36,7 +36,7 @@ AVAILABLE = sys.platform == "linux"
 FEWEST = 2
 """Processes: two are twice as fast as one thread (measured, 1.9 to 2.1 times), two threads 1.6 times."""
 
-WORTH_IT = 1 << 17
+WORTH_IT = 1 << 15
 """Camera rays, below which starting processes, some milliseconds each, and copying what they touch cost too much."""
 
 RECORD = 8  # bytes of a portion's number; far below PIPE_BUF, so whole records are read and written
