@@ -54,7 +54,7 @@ class Tabulated:
 
     def look_up(self, surface: NDArray[np.intp], cos: Float32) -> HitValues:
         """Of hits on surfaces (n,) that are seen at `cos` (n,)."""
-        share = np.clip(cos, 0, 1) * self._steps.take(surface)
+        share = np.fmin(np.fmax(cos, 0), 1) * self._steps.take(surface)  # NaN counts as 0
         below = np.minimum(share.astype(np.intp), COSINES - 2)
         share -= below
         below += self._first.take(surface)

@@ -18,7 +18,7 @@ from .layers import layered_columns
 from .primitives import Hits
 from .surfaces import SurfaceTable
 from .tabulated import factors
-from .vectors import ALL, Array, Index, dot, flatnonzero, put, take
+from .vectors import ALL, Array, Index, dot, flatnonzero, take
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -52,7 +52,9 @@ def resolve_crossings(
         geometry, table, prim, geometry.surface.take(prim), origin + wi * hits.t, hits.toward < 0, normal, -wi,
         np.zeros(len(prim)), told,
     )  # fmt: skip
-    return _with_expressions(table, worn, seen, put(np.zeros((1, len(seen.place))), told, cos[None])[0], crossing=True)
+    cosines = np.zeros(len(seen.place))
+    cosines[told] = cos
+    return _with_expressions(table, worn, seen, cosines, crossing=True)
 
 
 @dataclass(frozen=True, eq=False)

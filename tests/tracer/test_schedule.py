@@ -143,3 +143,48 @@ def test_a_larger_picture_needs_little_more_than_its_pixels(build, monkeypatch):
         peak[size] = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
     assert (peak[512] - peak[128]) / (512**2 - 128**2) < 110
+
+
+# ------------------------------------------------------------------------------------------------ portions
+
+
+@pytest.mark.parametrize(
+    ("pixels", "count", "threads", "smallest", "wanted"),
+    [
+        (1 << 16, 1, 4, passes.FOR_A_THREAD, 1),  # little work: threads would wait for one another
+        (1 << 16, 4, 4, passes.FOR_A_THREAD, 4),
+        (1 << 16, 1, 4, passes.SMALLEST_PORTION, 4),  # processes do not
+        (1 << 20, 4, 4, passes.SMALLEST_PORTION, 8),  # none is longer than LONGEST_PORTION
+        (1 << 20, 4, 16, passes.SMALLEST_PORTION, 32),  # many processes: whoever has time takes another
+        (1 << 14, 1, 16, passes.SMALLEST_PORTION, 2),
+    ],
+)
+def test_work_is_dealt_out_whole(pixels, count, threads, smallest, wanted):
+    everything = np.arange(pixels)
+    portions = passes._portions(everything, count, threads, passes.LONGEST_PORTION, smallest)
+    assert len(portions) == wanted
+    np.testing.assert_array_equal(np.sort(np.concatenate(portions)), everything)
+    assert max(map(len, portions)) * count <= passes.LONGEST_PORTION
+
+
+def test_no_portion_is_a_column_of_the_picture():
+    """Where a deal is so many whole rows, portions would lie one below the other, in the deep part or beside it."""
+    width = 1024
+    for portion in passes._portions(np.arange(width * 1024), 8, 16, passes.LONGEST_PORTION, passes.SMALLEST_PORTION):
+        assert np.ptp(portion % width) > 0.9 * width
+
+
+def test_against_a_deadline_portions_are_as_long_as_may_be_lost(scene, monkeypatch):
+    lengths, portions = [], passes._portions
+
+    def noted(pixels, count, threads, longest, smallest):
+        lengths.append(longest)
+        return portions(pixels, count, threads, longest, smallest)
+
+    monkeypatch.setattr(passes, "_portions", noted)
+    trace(scene, SETTINGS, deadline=time.perf_counter() + 1000)
+    assert lengths[-1] == passes.LONGEST_PORTION
+    lengths.clear()
+    film = trace(scene, replace(SETTINGS, samples=10**6), deadline=time.perf_counter() + 0.4)
+    assert film.time["trace"]["wall"] < 2
+    assert lengths[-1] == passes.SHORT_PORTION
