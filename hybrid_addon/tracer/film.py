@@ -109,13 +109,10 @@ class Grid:
         inner = slice(margin, margin + y1 - y0), slice(margin, margin + x1 - x0)
         inside = np.zeros((y1 - y0 + 2 * margin, x1 - x0 + 2 * margin), bool)
         inside[inner] = True if wanted is None else wanted
-        if window == (0, 0, *resolution):
-            outside = np.zeros_like(inside)
-        else:
-            outside = grow(inside, reach)
-            outside[inner] = False
-            y, x = np.ogrid[y0 - margin : y1 + margin, x0 - margin : x1 + margin]
-            outside &= (x >= 0) & (x < resolution[0]) & (y >= 0) & (y < resolution[1])
+        outside = grow(inside, reach)
+        outside[inner] = False
+        y, x = np.ogrid[y0 - margin : y1 + margin, x0 - margin : x1 + margin]
+        outside &= (x >= 0) & (x < resolution[0]) & (y >= 0) & (y < resolution[1])
         in_window = np.full(inside.shape, -1, np.int32)
         in_window[inner] = np.arange((y1 - y0) * (x1 - x0), dtype=np.int32).reshape(y1 - y0, x1 - x0)
         place = np.flatnonzero(inside | outside).astype(np.int32)

@@ -34,7 +34,7 @@ from .tally import Tally
 AVAILABLE = sys.platform == "linux"
 
 FEWEST = 2
-"""Processes: two are twice as fast as one thread (measured, 1.9 to 2.1 times), two threads 1.6 times."""
+"""Processes: two are up to twice as fast as one thread, two threads at most one and a half times (`passes`)."""
 
 WORTH_IT = 1 << 15
 """Camera rays, below which starting processes, some milliseconds each, and copying what they touch cost too much."""

@@ -141,12 +141,7 @@ def _shading_normal(
     # A normal that vanishes or points into its own surface tells nothing: the geometric one then.
     facing = take(n_geometric, smooth)
     np.copyto(n, facing, where=~(dot(n, facing) > 0))
-    return put(n_geometric, smooth, n), _over(len(prim), smooth, weights)
-
-
-def _over(n: int, index: Index, columns: Float64) -> Float64:
-    """(2, n) with these columns, 0 elsewhere."""
-    return columns if isinstance(index, slice) else put(np.zeros((2, n)), index, columns)
+    return put(n_geometric, smooth, n), put(np.zeros((2, len(prim))), smooth, weights)
 
 
 def shadow_origin(geometry: Geometry, hit: Interaction, index: Index) -> Float32:
