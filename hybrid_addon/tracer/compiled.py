@@ -165,5 +165,7 @@ class CompiledScene:
 
     def build_all(self) -> None:
         """Build now what is built when first asked for: a forked process cannot."""
+        if self.plan.shadows and self.geometry.normals is not None:
+            _ = self.geometry.heights
         if self.media.rows:
             _ = self.solids

@@ -132,7 +132,7 @@ MIN_OUTER_COSINE = 0.01
 OUTER_COSINE_SHARE = 0.9
 
 MIN_ROUGHNESS = 0.05
-"""The Phong highlight of a smoother surface would be narrower than float32 resolves in n.h near 1."""
+"""The highlight of a smoother surface would be narrower than a pixel: sparks, different in each sample."""
 
 TRACED_ROUGHNESS = 0.25
 """A dielectric's or coat's reflection is followed by a ray below this roughness; above, the world's blurred image."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ from .constants import STEADY_SCENE
 from .kept import Kept
 from .soup import Soup, join, no_triangles
 from .subdivide import split_large_triangles
+from .vectors import dot
 
 Bools = NDArray[np.bool_]
 
@@ -58,6 +59,16 @@ class Geometry:
     sphere_radius: Float64  # (ns,)
     dropped: int  # triangles left out because they are degenerate or not finite
     split: int  # triangles made by splitting large ones towards small flagged objects
+
+    @cached_property
+    def heights(self) -> Float32:
+        """(nt, 3) n.v of the three corners v and their shading normals n."""
+        assert self.normals is not None
+        result = np.empty(self.triangles.shape, np.float32)
+        for i, column in enumerate(self.triangles.T):
+            corner = self.vertices.take(column, axis=0).astype(np.float64)
+            result[:, i] = dot(self.normals[:, 3 * i : 3 * i + 3].T, corner.T)
+        return result
 
     @property
     def triangle_count(self) -> int:

@@ -14,7 +14,7 @@ from .primitives import Hits, barycentrics
 from .rays import Rays, offset_origin, origin_offset
 from .sampler import Draws
 from .surfaces import SurfaceTable
-from .vectors import ALL, Index, count, dot, put, select, take
+from .vectors import ALL, Index, count, dot, most, put, select, take
 
 Numbers = NDArray[np.intp]
 
@@ -64,9 +64,7 @@ class Interaction:
 
     def inner(self, index: Index) -> Float32:
         """Origins (3, m) of new rays on the far side, for the hits `index`."""
-        return offset_origin(
-            take(self.point, index), take(self.n_geometric, index).astype(np.float64), -take(self.offset, index)
-        )
+        return offset_origin(take(self.point, index), take(self.n_geometric, index), -take(self.offset, index))
 
     def take(self, index: Index) -> Interaction:
         """The hits `index`, in that order."""
@@ -101,9 +99,9 @@ def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays) ->
     entering = hits.toward < 0
     point = rays.direction * hits.t
     point += rays.origin
-    facing = hits.normal * -np.copysign(1.0, hits.toward)
+    n_geometric = hits.normal.astype(np.float32)
+    n_geometric *= 2 * entering - np.float32(1)
     offset = origin_offset(point.astype(np.float32), geometry.extent.take(prim))
-    n_geometric = facing.astype(np.float32)
     n_shading, weights = _shading_normal(geometry, prim, point, n_geometric, entering)
     return Interaction(
         prim=prim,
@@ -117,7 +115,7 @@ def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays) ->
         weights=weights,
         wo=-rays.direction.astype(np.float32, copy=False),
         offset=offset,
-        outer=offset_origin(point, facing, offset),
+        outer=offset_origin(point, n_geometric, offset),
     )
 
 
@@ -127,12 +125,13 @@ def _shading_normal(
     """Interpolated normals (3, n) on the side of n_geometric, itself where a triangle is flat; and their weights."""
     if geometry.normals is None:
         return n_geometric, None
-    smooth = select(geometry.smooth.take(prim))
+    is_smooth = geometry.smooth.take(prim)
+    smooth = most(is_smooth)
     if count(smooth, len(prim)) == 0:
         return n_geometric, None
     weights = barycentrics(geometry, take(prim, smooth), take(point, smooth))
     u, v = weights.astype(np.float32)
-    corner = np.ascontiguousarray(geometry.normals.take(take(prim, smooth), axis=0).T)
+    corner = np.ascontiguousarray(geometry.normals.take(take(prim, smooth), axis=0, mode="clip").T)
     n = corner[0:3] * (1 - weights[0] - weights[1]).astype(np.float32)
     n += corner[3:6] * u
     n += corner[6:9] * v
@@ -140,7 +139,7 @@ def _shading_normal(
     n *= (2 * take(entering, smooth).astype(np.float32) - 1) / length
     # A normal that vanishes or points into its own surface tells nothing: the geometric one then.
     facing = take(n_geometric, smooth)
-    np.copyto(n, facing, where=~(dot(n, facing) > 0))
+    np.copyto(n, facing, where=~(take(is_smooth, smooth) & (dot(n, facing) > 0)))
     return put(n_geometric, smooth, n), put(np.zeros((2, len(prim))), smooth, weights)
 
 
@@ -159,17 +158,17 @@ def shadow_origin(geometry: Geometry, hit: Interaction, index: Index) -> Float32
     if count(smooth, len(prim)) == 0:
         return outer
     on_smooth = smooth if isinstance(index, slice) else take(index, smooth)
-    prim, point, sign = (
-        take(prim, smooth),
-        take(hit.point, on_smooth),
-        2 * take(hit.entering, on_smooth) - np.float32(1),
-    )
-    u, v = take(hit.weights, on_smooth)
-    normals = np.ascontiguousarray(geometry.normals.take(prim, axis=0).T) * sign
-    corners, lifted = geometry.triangles.take(prim, axis=0), point.copy()
+    prim, point = take(prim, smooth), take(hit.point, on_smooth)
+    place, sign = point.astype(np.float32), 2 * take(hit.entering, on_smooth) - np.float32(1)
+    u, v = take(hit.weights, on_smooth).astype(np.float32)
+    normals = np.ascontiguousarray(geometry.normals.take(prim, axis=0).T)
+    heights = geometry.heights.take(prim, axis=0).T
+    # What is lifted is small, and may be an ulp of the place too much: float32 will do.
+    lifted = take(hit.n_geometric, on_smooth) * take(hit.offset, on_smooth)
     for i, weight in enumerate((1 - u - v, u, v)):
-        toward = geometry.vertices.take(corners[:, i], axis=0).T - point
         n = normals[3 * i : 3 * i + 3]
-        lifted += n * (weight * np.maximum(dot(toward, n), 0))
-    facing = take(hit.n_geometric, on_smooth).astype(np.float64)
-    return put(outer, smooth, offset_origin(lifted, facing, take(hit.offset, on_smooth)))
+        above = (heights[i] - dot(n, place)) * sign
+        np.maximum(above, 0, out=above)
+        above *= weight * sign
+        lifted += n * above
+    return put(outer, smooth, (lifted + point).astype(np.float32))

@@ -229,16 +229,20 @@ def _split(f: Fields) -> tuple[Float64, Float64]:
 # ------------------------------------------------------------------------------------------------ lights
 
 
-def ggx_highlight(cos_h: Float32, cos_i: Float32, cos_o: Float32, roughness: Float32, light_radius: Float32) -> Float32:
+def ggx_highlight(
+    sin2_h: Float32, cos_i: Float32, cos_o: Float32, roughness: Float32, light_radius: Float32
+) -> Float32:
     """A GGX lobe times cos_i, normalised to albedo 1: (n,).
 
     f cos_i = D G1(wi) G1(wo) / (4 cos_o), over the albedo of the same. A light of angular radius `light_radius` (n,)
     widens the lobe: half of it, as a mirror turns reflected rays by twice its own angle.
+
+    sin2_h : (n,) squared sine of the angle between the normal and the vector half way between wi and wo.
     """
     alpha = np.maximum(roughness, MIN_ROUGHNESS) ** 2
     alpha2 = np.minimum(alpha * alpha + (light_radius / 2) ** 2, 1)
     alpha = np.sqrt(alpha2)
-    t = cos_h * cos_h * (alpha2 - 1) + 1
+    t = sin2_h + alpha2 * (1 - sin2_h)
     d = alpha2 / (np.pi * t * t)
     lobe = d * masking(cos_i, alpha) * masking(cos_o, alpha) / (4 * cos_o)
     return np.asarray(lobe / np.maximum(lobe_albedo(cos_o, np.sqrt(alpha)), np.float32(0.1)), np.float32)

@@ -62,13 +62,17 @@ class Illumination:
     """Unshadowed light on n points; the colour of the light is left out.
 
     wi         : (3, n) float32 unit directions to the light.
+    cosine     : (n,) float32, of the angle between wi and the shading normal, 0 behind.
     diffuse    : (n,) float32, irradiance on the shading normal (cosine included), >= 0.
     specular   : (n,) float32, irradiance on a plane facing the light, for the highlight, >= 0.
+    d2         : (n,) float32, squared distances; None: it is infinitely far.
     """
 
     wi: Array
+    cosine: Array
     diffuse: Array
     specular: Array
+    d2: Array | None = None
 
 
 def compile_lights(lights: Sequence[Light], center: Float64, objects: NDArray[np.intp]) -> list[CompiledLight]:
@@ -112,19 +116,16 @@ def illuminate(compiled: CompiledLight, point: Float32, normal: Float32, least_d
     return _illuminate_point(light, compiled, point, normal, least_distance)
 
 
-def angular_radius(compiled: CompiledLight, point: Float32) -> Float32:
-    """Half the angle (n,), radians, that a light takes up seen from points (3, n)."""
-    light = compiled.light
-    if isinstance(light, SunLight):
-        return np.full(point.shape[1], light.angle / 2, np.float32)
+def angular_radius(light: Light, d2: Float32 | None) -> Float32:
+    """Half the angle, radians, that a light takes up at squared distances (n,): (n,), or (1,) for a sun."""
+    if isinstance(light, SunLight) or d2 is None:
+        return np.full(1, light.angle / 2 if isinstance(light, SunLight) else 0.0, np.float32)
     if isinstance(light, AreaLight):
         u, v = (np.array(a, np.float64) for a in (light.axis_u, light.axis_v))
         radius = float(np.sqrt(np.sqrt((np.cross(u, v) ** 2).sum())))
     else:
         radius = light.radius
-    away = compiled.position - point
-    distance = np.sqrt(dot(away, away))
-    return np.arctan(np.float32(radius) / np.maximum(distance, np.float32(max(radius, LEAST_RADIUS))))
+    return np.arctan(np.float32(radius) / np.maximum(np.sqrt(d2), np.float32(max(radius, LEAST_RADIUS))))
 
 
 def shadow_rays(
@@ -179,7 +180,7 @@ def _illuminate_sun(compiled: CompiledLight, normal: Float32) -> Illumination:
     wi = np.broadcast_to(compiled.position, (3, n))
     cosine = np.maximum(dot(compiled.position, normal), np.float32(0))
     facing = (cosine > 0).astype(np.float32)
-    return Illumination(wi, cosine, facing)
+    return Illumination(wi, cosine, cosine, facing)
 
 
 def _towards(compiled: CompiledLight, point: Float32, least_distance: Float32) -> tuple[Float32, Float32]:
@@ -213,7 +214,7 @@ def _illuminate_point(
         received *= spot_factor(light, point - compiled.position)
     cosine = np.maximum(dot(wi, normal), np.float32(0))
     received = received * (cosine > 0)
-    return Illumination(wi, received * cosine, received)
+    return Illumination(wi, cosine, received * cosine, received, d2)
 
 
 def spot_factor(light: SpotLight, offset: Float32) -> Float32:
@@ -256,7 +257,7 @@ def _illuminate_area(
         window = range_window(d2, light.range)
         specular *= window
         diffuse *= window
-    return Illumination(wi, diffuse, specular)
+    return Illumination(wi, cosine, diffuse, specular, d2)
 
 
 def form_factor(corners: list[Float32], normal: Float32) -> Float32:

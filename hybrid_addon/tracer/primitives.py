@@ -208,12 +208,15 @@ class PrimitiveSet:
 
 
 def barycentrics(geometry: Geometry, prim: NDArray[np.integer], point: Float64, clamp: bool = True) -> Float64:
-    """Weights (2, n) of the second and third corner of triangles `prim` at points (3, n), in float64."""
+    """Weights (2, n) of the second and third corner of triangles `prim` at points (3, n), in float64.
+
+    Of what is no triangle they mean nothing.
+    """
     planes, place = geometry.weights.reshape(-1, 4), prim * 2
     result = np.empty((2, len(prim)))
     for weight in result:
         # Four numbers at a time: turning eight around takes three times as long.
-        a, b, c, d = np.ascontiguousarray(planes.take(place, axis=0).T)
+        a, b, c, d = np.ascontiguousarray(planes.take(place, axis=0, mode="clip").T)
         np.multiply(a, point[0], out=weight)
         weight += b * point[1]
         weight += c * point[2]

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
-from .constants import MIN_OUTER_COSINE, OUTER_COSINE_SHARE, SIMPLE_CAUSTIC_FROM
-from .vectors import Array, dot, flatnonzero, normalize, put, take
+from .constants import LEAST_COSINE, MIN_OUTER_COSINE, OUTER_COSINE_SHARE, SIMPLE_CAUSTIC_FROM
+from .vectors import Array, cross, dot, flatnonzero, normalize, put, take
 
 
 def reflect(wo: Array, n: Array) -> Array:
@@ -99,7 +99,19 @@ def keep_outside(w: Float32, n_geometric: Float32, wo: Float32) -> Float32:
     return put(w, sunk, lifted)
 
 
-def phong(cos_h: Float32, cos_i: Float32, cos_o: Float32, wo_h: Float32, exponent: Float32) -> Float32:
+def half_way(wi: Float32, wo: Float32, n: Float32) -> tuple[Float32, Float32]:
+    """What highlights ask of h, the direction half way between wi and wo (3, n): 1 - (n.h)^2 and wo.h, (n,) each.
+
+    From the cross product: near 1, where a sharp highlight is, float32 does not resolve the cosine. At roughness 0.05
+    up to 13 % of the peak would be lost.
+    """
+    both = wi + wo
+    length2 = np.maximum(dot(both, both), np.float32(LEAST_COSINE**2))
+    across = cross(both, n)
+    return np.minimum(dot(across, across) / length2, np.float32(1)), np.sqrt(length2) / 2
+
+
+def phong(sin2_h: Float32, cos_i: Float32, cos_o: Float32, wo_h: Float32, exponent: Float32) -> Float32:
     """Normalised Blinn-Phong microfacet lobe times cos_i, without its Fresnel factor: (n,).
 
     D = (e + 2) / (2 pi) cos_h^e satisfies int D cos_h dh = 1 (Blinn 1977, normalised as in Walter et al. 2007). With
@@ -107,10 +119,13 @@ def phong(cos_h: Float32, cos_i: Float32, cos_o: Float32, wo_h: Float32, exponen
     2 cos_h cos_i / wo_h), written without a division by a vanishing cos_o. As V-cavities satisfy
     int G1 D (wo.h) dh = cos_o and G <= G1, the directional albedo is at most 1 (times Fresnel's F0 at small angles).
 
-    cos_h = n.h, cos_i = n.wi, cos_o = n.wo, wo_h = wo.h: all (n,) and > 0.
+    sin2_h = 1 - cos_h^2, cos_h = n.h, cos_i = n.wi, cos_o = n.wo, wo_h = wo.h: all (n,), the cosines > 0.
     """
-    d = (exponent + 2) * np.float32(1 / (2 * np.pi)) * np.power(cos_h, exponent)
-    valley = 2 * cos_h / wo_h
+    cos2_h = np.maximum(1 - sin2_h, np.float32(LEAST_COSINE))
+    # cos_h^e: with large exponents a rounding of the cosine near 1 would count as often.
+    power = np.exp(exponent * np.float32(0.5) * np.log1p(np.maximum(-sin2_h, np.float32(LEAST_COSINE - 1))))
+    d = (exponent + 2) * np.float32(1 / (2 * np.pi)) * power
+    valley = 2 * np.sqrt(cos2_h) / wo_h
     visible = np.minimum(1 / cos_o, valley * np.minimum(np.float32(1), cos_i / cos_o))
     return np.asarray(d * np.float32(0.25) * visible, np.float32)
 

@@ -9,24 +9,39 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..scene import Float32
 from .compiled import CompiledScene
-from .constants import LEAST_COSINE
 from .interaction import Interaction
 from .layers import ggx_highlight
 from .lights import CompiledLight, Illumination, angular_radius, illuminate
 from .occlusion import open_share
-from .scattering import mirrored, phong, schlick
+from .scattering import half_way, mirrored, phong, schlick
 from .shadows import TOGETHER, Origins, visible_shares
 from .tally import Tally
-from .vectors import Array, Index, add, count, dot, flatnonzero, normalize, select, take, write
+from .vectors import Index, add, count, dot, flatnonzero, select, take
 
 PI, INVERSE_PI = np.float32(np.pi), np.float32(1 / np.pi)
 
 
-Cut = Callable[[Index, Float32], Array]
-"""Asked which hits do without a light that brings the share (3, m) of what a white wall would send on: (m,) bool."""
+Cut = Callable[[Float32], NDArray[np.intp]]
+"""Asked which of the hits do without a light that brings them shares (3, n) of what a white wall would send on."""
+
+
+@dataclass(eq=False)
+class _Receivers:
+    """Hits, and what all lights ask of them.
+
+    point   : (3, n) float32.
+    diffuse : (3, n) float32, albedo over pi with its weights.
+    cos_o   : (n,) float32, cosine towards the eye.
+    """
+
+    hit: Interaction
+    point: Float32
+    diffuse: Float32
+    cos_o: Float32
 
 
 def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cut | None = None) -> Float32:
@@ -36,12 +51,17 @@ def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cu
     if plan.ambient:
         _add_ambient(scene, hit, radiance, tally)
     if plan.diffuse or plan.specular:
-        color = color * (hit.value("diffuse") * INVERSE_PI)
-        point, origins = hit.point.astype(np.float32), Origins(scene.geometry, hit)
+        receivers = _Receivers(
+            hit,
+            hit.point.astype(np.float32),
+            color * (hit.value("diffuse") * INVERSE_PI),
+            dot(hit.wo, hit.n_shading),
+        )
+        origins = Origins(scene.geometry, hit)
         # Few hits ask for the shadows of several lights at once: see TOGETHER.
         asked: list[_Lit] = []
         for light in scene.lights:
-            asked.append(_lit_by(scene, hit, point, light, color, tally, cut))
+            asked.append(_lit_by(scene, receivers, light, tally, cut))
             if sum(len(lit) for lit in asked) > TOGETHER:
                 _add_lit(scene, hit, origins, asked, radiance, tally)
                 asked = []
@@ -66,22 +86,14 @@ class _Lit:
 
 
 def _lit_by(
-    scene: CompiledScene,
-    hit: Interaction,
-    point: Float32,
-    light: CompiledLight,
-    diffuse: Float32,
-    tally: Tally,
-    cut: Cut | None,
+    scene: CompiledScene, receivers: _Receivers, light: CompiledLight, tally: Tally, cut: Cut | None
 ) -> _Lit:
-    """What would arrive from one light. diffuse: (3, n), albedo over pi with its weights.
-
-    Shadow rays tell whether light comes through the back of a smooth triangle.
-    """
-    lit = illuminate(light, point, hit.n_shading, hit.offset)
-    arriving = np.asarray(diffuse * (lit.diffuse * np.float32(light.light.diffuse)), np.float32)
+    """What would arrive from one light. Shadow rays tell whether it comes through the back of a smooth triangle."""
+    hit = receivers.hit
+    lit = illuminate(light, receivers.point, hit.n_shading, hit.offset)
+    arriving = np.asarray(receivers.diffuse * (lit.diffuse * np.float32(light.light.diffuse)), np.float32)
     if scene.plan.specular and light.light.specular != 0:
-        arriving += _highlight(hit, point, lit, light) * np.float32(light.light.specular)
+        _add_highlight(receivers, lit, light, arriving)
     if light.light.cast_shadow and hit.n_shading is not hit.n_geometric:
         # What casts no shadow, not even on itself, gets no light through its back.
         casts = scene.casts_shadow(light)
@@ -91,11 +103,14 @@ def _lit_by(
     if light.receives is not None:
         arriving *= light.receives.take(hit.prim)
 
-    # Shadow rays are traced only where something would arrive.
+    # Shadow rays are traced only where something would arrive, and enough of it.
     traces = light.light.cast_shadow and scene.plan.shadows
+    arrives = (arriving != 0).any(axis=0) | scene.plan.unlit
     if traces and cut is not None:
-        _cut_faint(arriving, lit, cut, tally)
-    wanted = select((arriving != 0).any(axis=0) | scene.plan.unlit)
+        faint = cut(arriving * (PI / lit.specular))
+        arrives[faint] = False
+        tally.add("shadow_cut", len(faint))
+    wanted = select(arrives)
     chosen = take(arriving, wanted)
     chosen *= light.color
     if traces:
@@ -116,16 +131,6 @@ def _add_lit(
             if hit.lit is not None:
                 hit.lit[wanted] += lit.light.key * (visible > 0 if visible.ndim == 1 else (visible > 0).any(axis=0))
         add(radiance, wanted, chosen)
-
-
-def _cut_faint(arriving: Float32, lit: Illumination, cut: Cut, tally: Tally) -> None:
-    """Take out of arriving (3, n) what may be cut: then it needs no shadow ray."""
-    faces = flatnonzero((lit.specular > 0) & (arriving != 0).any(axis=0))
-    share = take(arriving, faces)
-    share *= PI / lit.specular[faces]
-    faint = faces[cut(faces, share)]
-    write(arriving, faint, 0)
-    tally.add("shadow_cut", len(faint))
 
 
 def _add_ambient(scene: CompiledScene, hit: Interaction, radiance: Float32, tally: Tally) -> None:
@@ -151,50 +156,38 @@ def _add_ambient(scene: CompiledScene, hit: Interaction, radiance: Float32, tall
             add(radiance, index, take(weight, rough) * image)
 
 
-def _highlight(hit: Interaction, point: Float32, lit: Illumination, light: CompiledLight) -> Float32:
-    """Highlights (3, n) for light of colour 1; only for hits whose surface has one and which face the light."""
-    table = hit.table
-    result = np.zeros((3, len(hit.prim)), np.float32)
-    cos_i, cos_o = dot(lit.wi, hit.n_shading), dot(hit.wo, hit.n_shading)
-    shines = table.shades_specular.take(hit.surface) & (lit.specular > 0) & (cos_i > 0) & (cos_o > 0)
-    if table.layered.any():
-        layered = table.layered.take(hit.surface)
-        _add_layered(hit, point, lit, light, select(shines & layered), result)
-        shines &= ~layered
-        if not shines.any():
-            return result
-    shiny = select(shines)
-    wi, wo, n = take(lit.wi, shiny), take(hit.wo, shiny), take(hit.n_shading, shiny)
-    half = normalize(wi + wo)
-    cos_h, wo_h = np.minimum(dot(half, n), np.float32(1)), dot(half, wo)
-    faces, least = (cos_h > 0) & (wo_h > 0), np.float32(LEAST_COSINE)
-    lobe = phong(
-        np.maximum(cos_h, least),
-        take(cos_i, shiny),
-        take(cos_o, shiny),
-        np.maximum(wo_h, least),
-        hit.value("exponent", shiny),
-    )
-    lobe *= take(lit.specular, shiny)
-    lobe *= faces
-    highlight = schlick(hit.value("specular", shiny), wo_h) * lobe
-    write(result, shiny, highlight)
-    return result
+def _add_highlight(receivers: _Receivers, lit: Illumination, light: CompiledLight, arriving: Float32) -> None:
+    """Add the highlight to arriving (3, n): only where a surface has one and faces the light."""
+    hit, table = receivers.hit, receivers.hit.table
+    shines = (lit.specular > 0) & (lit.cosine > 0) & (receivers.cos_o > 0)
+    shines &= table.shades_specular.take(hit.surface)
+    layered = table.layered.take(hit.surface)
+    for members, lobes in ((shines & layered, _layered_lobes), (shines & ~layered, _phong_lobe)):
+        index = select(members)
+        if count(index, len(members)) == 0:
+            continue
+        cos_i, cos_o = take(lit.cosine, index), take(receivers.cos_o, index)
+        sin2_h, wo_h = half_way(take(lit.wi, index), take(hit.wo, index), take(hit.n_shading, index))
+        radius = angular_radius(light.light, None if lit.d2 is None else take(lit.d2, index))
+        color = lobes(hit, index, (sin2_h, cos_i, cos_o), wo_h, radius)
+        color *= take(lit.specular, index) * np.float32(light.light.specular)
+        add(arriving, index, color)
 
 
-def _add_layered(
-    hit: Interaction, point: Float32, lit: Illumination, light: CompiledLight, index: Index, result: Float32
-) -> None:
-    """Add the lobes of layered surfaces to result (3, n), at the hits `index`. point: (3, n) of all."""
-    if count(index, len(hit.prim)) == 0:
-        return
-    wi, wo, n = take(lit.wi, index), take(hit.wo, index), take(hit.n_shading, index)
-    half = normalize(wi + wo)
-    cosines = np.minimum(dot(half, n), np.float32(1)), dot(wi, n), dot(wo, n)
-    radius = angular_radius(light, take(point, index))
-    color = hit.value("lobe", index) * ggx_highlight(*cosines, hit.value("lobe_roughness", index), radius)
+Angles = tuple[Float32, Float32, Float32]
+"""(n,) each: sin2_h of `half_way`, cosines > 0 between the normal and wi and wo."""
+
+
+def _phong_lobe(hit: Interaction, index: Index, angles: Angles, wo_h: Float32, _radius: Float32) -> Float32:
+    """What the hits `index` of plain surfaces reflect of light of 1: (3, m)."""
+    lobe = phong(*angles, wo_h, hit.value("exponent", index))
+    return schlick(hit.value("specular", index), wo_h) * lobe
+
+
+def _layered_lobes(hit: Interaction, index: Index, angles: Angles, _wo_h: Float32, radius: Float32) -> Float32:
+    """The same of layered surfaces, for a light of an angular radius (m,)."""
+    color = hit.value("lobe", index) * ggx_highlight(*angles, hit.value("lobe_roughness", index), radius)
     coat = hit.value("coat", index)
     if coat.any():
-        color += coat * ggx_highlight(*cosines, hit.value("coat_roughness", index), radius)
-    color *= take(lit.specular, index)
-    write(result, index, color)
+        color += coat * ggx_highlight(*angles, hit.value("coat_roughness", index), radius)
+    return color

@@ -17,7 +17,7 @@ from .scattering import both_faces, fresnel_dielectric, keep_outside, reflect, r
 from .signature import REFLECTED, TRANSMITTED, child_path
 from .sums import Sums
 from .tally import Tally
-from .vectors import Index, count, dot, flatnonzero, largest_component, normalize, select, take
+from .vectors import Index, count, dot, flatnonzero, largest_component, most, normalize, select, take
 
 Bools = NDArray[np.bool_]
 
@@ -77,13 +77,16 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
     n, interface, tint = len(rays), at.value("interface"), at.value("tint")
     thin = scene.media.is_thin(at.prim)
     fresnel, cos_i, eta = np.zeros(n, np.float32), np.zeros(n), np.ones(n)
-    optical = select(interface > 0)
+    is_optical = interface > 0
+    optical = most(is_optical)
     if count(optical, n):
         outside = at.entering if thin is None else at.entering | thin
         ior, prim = at.table.ior.take(take(at.surface, optical)), take(at.prim, optical)
-        cos_i[optical] = _cosine(take(at.wo, optical), take(at.n_shading, optical))
-        eta[optical] = scene.media.eta(take(rays.media, optical), prim, ior, take(outside, optical))
-        fresnel[optical] = fresnel_dielectric(cos_i[optical], eta[optical])
+        cosine = _cosine(take(at.wo, optical), take(at.n_shading, optical))
+        index = scene.media.eta(take(rays.media, optical), prim, ior, take(outside, optical))
+        index[~take(is_optical, optical)] = 1.0
+        cos_i[optical], eta[optical] = cosine, index
+        fresnel[optical] = fresnel_dielectric(cosine, index)
     bends = eta != 1
     if thin is not None:
         fresnel, tint = both_faces(fresnel, tint, thin)

@@ -21,6 +21,7 @@ from .vectors import flatnonzero, largest_component
 Numbers = NDArray[np.intp]
 
 HEAVIEST = np.iinfo(np.int32).max
+HEAVIEST_KEY = np.iinfo(np.int64).max
 
 LIGHT_PASSES = {"reflection": 3, "refraction": 3, "raster_backed": 1}
 """Passes that add up with the picture, and their channels."""
@@ -141,45 +142,45 @@ class Sums:
     def cuttable(self, sample: Numbers, weight: Float32) -> NDArray[np.bool_]:
         """Which branches of weight (n,) of samples (n,) the budgets allow to be cut: the smallest of a sample first.
 
-        Sums are of integers, hence exact: what else is in the wave cannot change the answer.
+        Of those that weigh the same all or none. Sums are of integers, hence exact: what else is in the wave cannot
+        change the answer.
         """
         result = np.zeros(len(weight), bool)
         if self.spent is None:
             return result
         candidates = flatnonzero((weight > 0) & (weight <= np.float32(self.limit * BUDGET_UNIT)))
-        cost, owner = budget_units(weight[candidates]), sample[candidates]
-        left = self.allowed(owner) - self.spent[owner]
-        # What alone is too much is out, and so is, as cut, all of a sample that fits together: the rest is few.
-        possible = flatnonzero(cost <= left)
-        candidates, cost, owner, left = (a.take(possible) for a in (candidates, cost, owner, left))
-        together = self._sum_of_each(owner, cost) <= left
-        result[candidates[together]] = True
-        apart = flatnonzero(~together)
-        candidates, cost, owner, left = (a.take(apart) for a in (candidates, cost, owner, left))
-        order = _argsort(owner, cost)
-        cost, owner = cost[order], owner[order]
-        total = np.cumsum(cost)
+        cost, owner = budget_units(weight.take(candidates)), sample.take(candidates)
+        possible = flatnonzero(cost <= self.allowed(owner) - self.spent.take(owner))  # what alone is too much is out
+        key = (owner.take(possible) << BUDGET_BITS) | cost.take(possible)
+        ordered = np.sort(key)
+        owner, cost = ordered >> BUDGET_BITS, ordered & ((1 << BUDGET_BITS) - 1)
         starts = flatnonzero(np.diff(owner, prepend=-1))
-        before = np.repeat((total - cost)[starts], np.diff(starts, append=len(owner)))
-        result[candidates[order[total - before <= left[order]]]] = True
+        first, number = owner.take(starts), np.diff(starts, append=len(owner))
+        total = np.cumsum(cost)
+        until = (total - cost).take(starts) + self.allowed(first) - self.spent.take(first)
+        # Of each sample the first that is too much, and all of its weight: where the sums go beyond what is left.
+        beyond = np.searchsorted(total, until, side="right")
+        self._counts[first] = np.where(beyond < starts + number, ordered.take(beyond, mode="clip"), HEAVIEST_KEY)
+        result[candidates.take(possible[key < self._counts.take(key >> BUDGET_BITS)])] = True
+        self._counts[first] = 0
         return result
 
-    def cut_light(self, sample: Numbers, share: Float32) -> NDArray[np.bool_]:
+    def cut_light(self, sample: Numbers, share: Float32) -> Numbers:
         """Which of n samples do without a light that brings them so much, (n,), of what a white wall would send on.
 
         That is residual then. All of a sample's that is faint goes if its budget for light allows, else nothing.
         """
-        result = np.zeros(len(share), bool)
         if self.unlit is None:
-            return result
-        candidates = flatnonzero((share > 0) & (share <= np.float32(FAINT_LIGHT * self.light_limit * BUDGET_UNIT)))
-        lost, owner = share[candidates], sample[candidates]
+            return np.zeros(0, np.intp)
+        faint = flatnonzero((share > 0) & (share <= np.float32(FAINT_LIGHT * self.light_limit * BUDGET_UNIT)))
+        lost, owner = share.take(faint), sample.take(faint)
         cost = budget_units(lost)
-        fits = self.unlit[owner] + self._sum_of_each(owner, cost) <= self.light_limit
-        np.add.at(self.unlit, owner[fits], cost[fits])
-        np.add.at(self.residual, owner[fits], lost[fits].astype(np.float64))
-        result[candidates[fits]] = True
-        return result
+        fits = self.unlit.take(owner) + self._sum_of_each(owner, cost) <= self.light_limit
+        if not fits.all():
+            faint, lost, owner, cost = (a[fits] for a in (faint, lost, owner, cost))
+        np.add.at(self.unlit, owner, cost)
+        np.add.at(self.residual, owner, lost.astype(np.float64))
+        return faint
 
     def crowded(self, sample: Numbers, weight: Float32) -> NDArray[np.bool_]:
         """Which branches of weight (n,) of samples (n,) are one too many: all but a sample's MAX_BRANCHES heaviest."""

@@ -74,6 +74,12 @@ def select(mask: NDArray[np.bool_]) -> Index:
     return ALL if len(chosen) == len(mask) else chosen
 
 
+def most(mask: NDArray[np.bool_]) -> Index:
+    """The same, or everything if that is more than half: then choosing costs more than working on all."""
+    chosen = flatnonzero(mask)
+    return ALL if 2 * len(chosen) > len(mask) else chosen
+
+
 def take(a: Array, index: Index) -> Array:
     """Columns `index` of (n,) or (k, n); a view where `index` is everything."""
     if isinstance(index, slice):

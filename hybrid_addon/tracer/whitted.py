@@ -261,6 +261,6 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tal
                 at.lit[shaded] = seen.lit
 
 
-def _cut_light(weight: Float32, sample: NDArray[np.intp], sums: Sums, index: Index, share: Float32) -> Array:
-    """Which hits `index` do without a light that brings the share (3, m) of what a white wall would send on."""
-    return sums.cut_light(take(sample, index), largest_component(take(weight, index) * share))
+def _cut_light(weight: Float32, sample: NDArray[np.intp], sums: Sums, share: Float32) -> NDArray[np.intp]:
+    """Which hits do without a light that brings them shares (3, n) of what a white wall would send on."""
+    return sums.cut_light(sample, largest_component(weight * share))

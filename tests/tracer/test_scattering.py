@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from hybrid_addon.tracer.scattering import fresnel_dielectric, keep_outside, phong, reflect, refract, schlick
+from hybrid_addon.tracer.scattering import fresnel_dielectric, half_way, keep_outside, phong, reflect, refract, schlick
 
 
 def F(cos, eta):
@@ -100,12 +100,36 @@ def test_the_highlight_never_reflects_more_than_it_receives(exponent, cos_o):
     wo_h = wo @ h
     cos_i = 2 * wo_h * h[2] - wo[2]
     valid = (wo_h > 0) & (cos_i > 0)
-    f32 = [np.float32(a[valid]) for a in (cos_h, cos_i, np.full(len(cos_h), cos_o), wo_h)]
+    f32 = [np.float32(a[valid]) for a in (1 - cos_h**2, cos_i, np.full(len(cos_h), cos_o), wo_h)]
     lobe = phong(*f32, np.float32(exponent))
     albedo = (lobe * 4 * wo_h[valid] / density[valid]).sum() / len(cos_h)
     assert albedo <= 1 + 1e-3
     if exponent == 1000.0 and cos_o == 1.0:
         assert albedo > 0.99  # a narrow lobe seen from above loses nothing
+
+
+def test_float32_resolves_the_sharpest_highlight():
+    """Within 3e-4 of its peak, against float64: GGX of roughness 0.05, from all sides, and Blinn-Phong's power."""
+    rng, n, alpha2 = np.random.default_rng(1), 100_000, 0.05**4
+
+    def unit(a):
+        return a / np.sqrt((a * a).sum(0))
+
+    normal, wo = unit(rng.normal(size=(3, n))), unit(rng.normal(size=(3, n)))
+    h = unit(normal + 3 * alpha2**0.5 * rng.random(n) * unit(rng.normal(size=(3, n))))
+    wo *= np.sign((wo * h).sum(0))
+    wi = 2 * (wo * h).sum(0) * h - wo
+    f32 = [a[:, (wi * normal).sum(0) > 0.02].astype(np.float32) for a in (wi, wo, normal)]
+    wi, wo, normal = (unit(a.astype(float)) for a in f32)
+    exact = (np.cross(unit(wi + wo).T, normal.T) ** 2).sum(1)
+    sin2_h, wo_h = half_way(*f32)
+    peak, lobe = (alpha2 / (sin2 + alpha2 * (1 - sin2)) ** 2 for sin2 in (exact, sin2_h.astype(float)))
+    np.testing.assert_allclose(lobe * alpha2, peak * alpha2, atol=1e-3)
+    np.testing.assert_allclose(wo_h, (unit(wi + wo) * wo).sum(0), atol=1e-5)
+    exponent = 2 / alpha2 - 2
+    ones = np.ones_like(sin2_h)
+    power = phong(sin2_h, ones, ones, ones, np.float32(exponent)) / phong(ones * 0, ones, ones, ones, np.float32(exponent))
+    np.testing.assert_allclose(power, np.exp(exponent / 2 * np.log1p(-exact)), atol=1e-3)
 
 
 def test_schlick_has_the_right_ends():
