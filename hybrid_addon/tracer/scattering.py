@@ -108,7 +108,7 @@ def half_way(wi: Float32, wo: Float32, n: Float32) -> tuple[Float32, Float32]:
     both = wi + wo
     length2 = np.maximum(dot(both, both), np.float32(LEAST_COSINE**2))
     across = cross(both, n)
-    return np.minimum(dot(across, across) / length2, np.float32(1)), np.sqrt(length2) / 2
+    return np.minimum(dot(across, across) / length2, np.float32(1)), np.sqrt(length2) * np.float32(0.5)
 
 
 def phong(sin2_h: Float32, cos_i: Float32, cos_o: Float32, wo_h: Float32, exponent: Float32) -> Float32:

@@ -85,9 +85,7 @@ class _Lit:
         return self.arriving.shape[1]
 
 
-def _lit_by(
-    scene: CompiledScene, receivers: _Receivers, light: CompiledLight, tally: Tally, cut: Cut | None
-) -> _Lit:
+def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, tally: Tally, cut: Cut | None) -> _Lit:
     """What would arrive from one light. Shadow rays tell whether it comes through the back of a smooth triangle."""
     hit = receivers.hit
     lit = illuminate(light, receivers.point, hit.n_shading, hit.offset)
@@ -107,7 +105,7 @@ def _lit_by(
     traces = light.light.cast_shadow and scene.plan.shadows
     arrives = (arriving != 0).any(axis=0) | scene.plan.unlit
     if traces and cut is not None:
-        faint = cut(arriving * (PI / lit.specular))
+        faint = cut(np.asarray(arriving * (PI / lit.specular), np.float32))
         arrives[faint] = False
         tally.add("shadow_cut", len(faint))
     wanted = select(arrives)

@@ -176,11 +176,9 @@ class Sums:
         lost, owner = share.take(faint), sample.take(faint)
         cost = budget_units(lost)
         fits = self.unlit.take(owner) + self._sum_of_each(owner, cost) <= self.light_limit
-        if not fits.all():
-            faint, lost, owner, cost = (a[fits] for a in (faint, lost, owner, cost))
-        np.add.at(self.unlit, owner, cost)
-        np.add.at(self.residual, owner, lost.astype(np.float64))
-        return faint
+        np.add.at(self.unlit, owner[fits], cost[fits])
+        np.add.at(self.residual, owner[fits], lost[fits].astype(np.float64))
+        return faint[fits]
 
     def crowded(self, sample: Numbers, weight: Float32) -> NDArray[np.bool_]:
         """Which branches of weight (n,) of samples (n,) are one too many: all but a sample's MAX_BRANCHES heaviest."""

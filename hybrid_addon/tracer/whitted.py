@@ -28,7 +28,7 @@ from .spawn import spawn
 from .sums import Sums
 from .tally import Tally
 from .varying import resolve
-from .vectors import Array, Index, count, flatnonzero, largest_component, select, take
+from .vectors import Index, count, flatnonzero, largest_component, select, take
 
 Watch = Callable[[Rays, Hits, Index, Interaction | None, Rays], None]
 """Told of each wave: its rays, their hits, which of them hit, what is known of those (None: no one hit), their rays."""
