@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +59,11 @@ class Interaction:
     draws: Draws | None = None
     cut: NDArray[np.bool_] | None = None
 
+    @cached_property
+    def cos_o(self) -> Float32:
+        """(n,) cosine between the shading normal and wo."""
+        return dot(self.wo, self.n_shading)
+
     def value(self, name: str, index: Index = ALL) -> Float32:
         """Numbers (m,) or (3, m) of the surface model (columns.WIDTHS) for the hits `index`; not to be written to."""
         return self.values.value(name, index)
@@ -99,8 +105,7 @@ def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays) ->
     entering = hits.toward < 0
     point = rays.direction * hits.t
     point += rays.origin
-    n_geometric = hits.normal.astype(np.float32)
-    n_geometric *= 2 * entering - np.float32(1)
+    n_geometric = hits.normal * (2 * entering.astype(np.float32) - 1)
     offset = origin_offset(point.astype(np.float32), geometry.extent.take(prim))
     n_shading, weights = _shading_normal(geometry, prim, point, n_geometric, entering)
     return Interaction(
@@ -159,7 +164,7 @@ def shadow_origin(geometry: Geometry, hit: Interaction, index: Index) -> Float32
         return outer
     on_smooth = smooth if isinstance(index, slice) else take(index, smooth)
     prim, point = take(prim, smooth), take(hit.point, on_smooth)
-    place, sign = point.astype(np.float32), 2 * take(hit.entering, on_smooth) - np.float32(1)
+    place, sign = point.astype(np.float32), 2 * take(hit.entering, on_smooth).astype(np.float32) - 1
     u, v = take(hit.weights, on_smooth).astype(np.float32)
     normals = np.ascontiguousarray(geometry.normals.take(prim, axis=0).T)
     heights = geometry.heights.take(prim, axis=0).T

@@ -40,13 +40,13 @@ class Hits:
 
     prim   : (n,) int32, MISS for none.
     t      : (n,) float64 from the exact float32 geometry, inf for none.
-    normal : (3, n) float64, unit geometric normal on the outer side of the primitive; meaningless for misses.
+    normal : (3, n) float32, unit geometric normal on the outer side of the primitive; meaningless for misses.
     toward : (n,) float64, normal . direction: negative where the ray comes from outside.
     """
 
     prim: Int32
     t: Float64
-    normal: Float64
+    normal: Float32
     toward: Float64
 
     def take(self, index: Index) -> Hits:
@@ -92,19 +92,19 @@ class PrimitiveSet:
         """Distances in float64 from the plane equations of the triangles that Embree names."""
         if not self.triangle_count:
             n = len(prim)
-            return Hits(prim, np.full(n, np.inf), np.zeros((3, n)), np.zeros(n))
+            return Hits(prim, np.full(n, np.inf), np.zeros((3, n), np.float32), np.zeros(n))
         found = flatnonzero(prim >= 0)
         if len(found) < SPARSE * len(prim):
             return self._refine_some(prim, origin, direction, found)
         facets = np.ascontiguousarray(self.geometry.facets.take(prim, axis=0, mode="wrap").T)
         t, toward = plane_distance(facets, origin, direction)
         t[prim < 0] = np.inf
-        return Hits(prim, t, facets[:3], toward)
+        return Hits(prim, t, facets[:3].astype(np.float32), toward)
 
     def _refine_some(self, prim: Int32, origin: Float32, direction: Float32, found: NDArray[np.intp]) -> Hits:
         """The same where few rays hit anything: only these are worked on."""
         n = len(prim)
-        hits = Hits(prim, np.full(n, np.inf), np.zeros((3, n)), np.zeros(n))
+        hits = Hits(prim, np.full(n, np.inf), np.zeros((3, n), np.float32), np.zeros(n))
         if len(found):
             facets = np.ascontiguousarray(self.geometry.facets.take(prim[found], axis=0).T)
             t, toward = plane_distance(facets, origin.take(found, axis=1), direction.take(found, axis=1))

@@ -33,15 +33,12 @@ Cut = Callable[[Float32], NDArray[np.intp]]
 class _Receivers:
     """Hits, and what all lights ask of them.
 
-    point   : (3, n) float32.
-    diffuse : (3, n) float32, albedo over pi with its weights.
-    cos_o   : (n,) float32, cosine towards the eye.
+    point   : (3, n) float32.   diffuse : (3, n) float32, albedo over pi with its weights.
     """
 
     hit: Interaction
     point: Float32
     diffuse: Float32
-    cos_o: Float32
 
 
 def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cut | None = None) -> Float32:
@@ -51,12 +48,7 @@ def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cu
     if plan.ambient:
         _add_ambient(scene, hit, radiance, tally)
     if plan.diffuse or plan.specular:
-        receivers = _Receivers(
-            hit,
-            hit.point.astype(np.float32),
-            color * (hit.value("diffuse") * INVERSE_PI),
-            dot(hit.wo, hit.n_shading),
-        )
+        receivers = _Receivers(hit, hit.point.astype(np.float32), color * (hit.value("diffuse") * INVERSE_PI))
         origins = Origins(scene.geometry, hit)
         # Few hits ask for the shadows of several lights at once: see TOGETHER.
         asked: list[_Lit] = []
@@ -91,7 +83,7 @@ def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, t
     lit = illuminate(light, receivers.point, hit.n_shading, hit.offset)
     arriving = np.asarray(receivers.diffuse * (lit.diffuse * np.float32(light.light.diffuse)), np.float32)
     if scene.plan.specular and light.light.specular != 0:
-        _add_highlight(receivers, lit, light, arriving)
+        _add_highlight(hit, lit, light, arriving)
     if light.light.cast_shadow and hit.n_shading is not hit.n_geometric:
         # What casts no shadow, not even on itself, gets no light through its back.
         casts = scene.casts_shadow(light)
@@ -150,21 +142,21 @@ def _add_ambient(scene: CompiledScene, hit: Interaction, radiance: Float32, tall
         if len(rough):
             index = rough if isinstance(blurred, slice) else take(blurred, rough)
             wide = hit.value(f"{name}_roughness", index)
-            image = scene.world.glossy(mirrored(wo[:, rough], n[:, rough], wide), wide)
+            image = scene.world.glossy(mirrored(take(wo, rough), take(n, rough), wide), wide)
             add(radiance, index, take(weight, rough) * image)
 
 
-def _add_highlight(receivers: _Receivers, lit: Illumination, light: CompiledLight, arriving: Float32) -> None:
+def _add_highlight(hit: Interaction, lit: Illumination, light: CompiledLight, arriving: Float32) -> None:
     """Add the highlight to arriving (3, n): only where a surface has one and faces the light."""
-    hit, table = receivers.hit, receivers.hit.table
-    shines = (lit.specular > 0) & (lit.cosine > 0) & (receivers.cos_o > 0)
+    table = hit.table
+    shines = (lit.specular > 0) & (lit.cosine > 0) & (hit.cos_o > 0)
     shines &= table.shades_specular.take(hit.surface)
     layered = table.layered.take(hit.surface)
     for members, lobes in ((shines & layered, _layered_lobes), (shines & ~layered, _phong_lobe)):
         index = select(members)
         if count(index, len(members)) == 0:
             continue
-        cos_i, cos_o = take(lit.cosine, index), take(receivers.cos_o, index)
+        cos_i, cos_o = take(lit.cosine, index), take(hit.cos_o, index)
         sin2_h, wo_h = half_way(take(lit.wi, index), take(hit.wo, index), take(hit.n_shading, index))
         radius = angular_radius(light.light, None if lit.d2 is None else take(lit.d2, index))
         color = lobes(hit, index, (sin2_h, cos_i, cos_o), wo_h, radius)

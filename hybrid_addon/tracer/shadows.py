@@ -49,7 +49,7 @@ class Origins:
         for index in indices:
             asked[index] = True
         new = select(asked & ~self.known)
-        self.origin[:, new] = shadow_origin(self.geometry, self.hit, new)
+        write(self.origin, new, shadow_origin(self.geometry, self.hit, new))
         self.known |= asked
 
 
@@ -227,7 +227,7 @@ def _transmittance(
         point += take(origin, alive)
         reach = take(take(reach, crossed), alive) - hits.t
         offset = origin_offset(point.astype(np.float32), geometry.extent.take(hits.prim))
-        offset *= np.sign(hits.toward)
+        offset *= np.sign(hits.toward).astype(np.float32)
         origin = offset_origin(point, hits.normal, offset)
     write(result, active, 0)
     tally.add("shadow_crossings_exhausted", len(active))

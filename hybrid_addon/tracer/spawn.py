@@ -17,7 +17,7 @@ from .scattering import both_faces, fresnel_dielectric, keep_outside, reflect, r
 from .signature import REFLECTED, TRANSMITTED, child_path
 from .sums import Sums
 from .tally import Tally
-from .vectors import Index, count, dot, flatnonzero, largest_component, most, normalize, select, take
+from .vectors import Index, count, flatnonzero, largest_component, most, normalize, select, take
 
 Bools = NDArray[np.bool_]
 
@@ -63,13 +63,15 @@ def children(
     tally: Tally,
 ) -> list[Rays]:
     """The rays that hits (n,) send on as they share out, where they are to."""
-    plan, waves = scene.plan, []
-    if plan.reflection:
-        waves.append(_reflected(rays, at, split, select(reflect_too), tally))
-    if plan.refraction:
-        waves.append(_refracted(scene, rays, at, split, select(transmit_too & split.bends), tally))
-        waves.append(_straight(scene, rays, at, split, select(transmit_too & ~split.bends), t, tally))
-    return waves
+    waves = []
+    mirrored, bent, through = reflect_too, transmit_too & split.bends, transmit_too & ~split.bends
+    if scene.plan.reflection and mirrored.any():
+        waves.append(_reflected(rays, at, split, select(mirrored), tally))
+    if scene.plan.refraction and bent.any():
+        waves.append(_refracted(scene, rays, at, split, select(bent), tally))
+    if scene.plan.refraction and through.any():
+        waves.append(_straight(scene, rays, at, split, select(through), t, tally))
+    return waves or [rays.take(flatnonzero(mirrored))]
 
 
 def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
@@ -82,7 +84,7 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
     if count(optical, n):
         outside = at.entering if thin is None else at.entering | thin
         ior, prim = at.table.ior.take(take(at.surface, optical)), take(at.prim, optical)
-        cosine = _cosine(take(at.wo, optical), take(at.n_shading, optical))
+        cosine = np.clip(take(at.cos_o, optical), 0, 1).astype(np.float64)
         index = scene.media.eta(take(rays.media, optical), prim, ior, take(outside, optical))
         index[~take(is_optical, optical)] = 1.0
         cos_i[optical], eta[optical] = cosine, index
@@ -98,11 +100,6 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
         cos_i=cos_i,
         eta=eta,
     )
-
-
-def _cosine(wo: Float32, n: Float32) -> Float64:
-    """Cosine of incidence (n,), 0..1, in float64."""
-    return np.clip(dot(wo.astype(np.float64), n.astype(np.float64)), 0, 1)
 
 
 def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally: Tally) -> tuple[Bools, Bools]:

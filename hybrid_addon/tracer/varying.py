@@ -18,7 +18,7 @@ from .layers import layered_columns
 from .primitives import Hits
 from .surfaces import SurfaceTable
 from .tabulated import factors
-from .vectors import ALL, Array, Index, dot, flatnonzero, take
+from .vectors import ALL, Array, Index, dot, flatnonzero, take, write
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -47,7 +47,7 @@ def resolve_crossings(
     hits, origin, wi : of these, and their rays (3, m). Of columns there are the rows CROSSING alone.
     """
     prim, cos = hits.prim.astype(np.intp), np.abs(hits.toward)
-    normal = (-hits.normal * np.sign(hits.toward)).astype(np.float32)
+    normal = hits.normal * -np.sign(hits.toward).astype(np.float32)
     worn = _worn(
         geometry, table, prim, geometry.surface.take(prim), origin + wi * hits.t, hits.toward < 0, normal, -wi,
         np.zeros(len(prim)), told,
@@ -89,7 +89,7 @@ def _turned(worn: list[_Worn], n_shading: Float32) -> Float32:
     result = n_shading.copy() if mapped else n_shading
     for one in mapped:
         assert one.surface.normal is not None
-        result[:, one.hits] = one.data.facing_normal(one.evaluate(one.surface.normal))
+        write(result, one.hits, one.data.facing_normal(one.evaluate(one.surface.normal)))
     return result
 
 
@@ -102,7 +102,8 @@ def _with_expressions(
     for one in () if crossing else scaled:
         for name in factors(one.surface):
             scale = factor.setdefault(name, np.ones((3, len(cos)), np.float32))
-            scale[:, one.hits] = limited(name, one.evaluate(getattr(one.surface, name)))
+            color = limited(name, one.evaluate(getattr(one.surface, name)))
+            write(scale, one.hits, np.broadcast_to(color, (3, len(one.hits))))
     own = [one for one in worn if not table.tabulated.known[one.number]]
     if not own:
         return replace(values, factors=factor)

@@ -173,7 +173,7 @@ def _closest_hits(scene: CompiledScene, rays: Rays, by_camera: PrimitiveSet, tal
         hits = by_camera.nearest(rays.origin, rays.direction, tally)
     else:
         n = len(rays)
-        hits = Hits(np.empty(n, np.int32), np.empty(n), np.empty((3, n)), np.empty(n))
+        hits = Hits(np.empty(n, np.int32), np.empty(n), np.empty((3, n), np.float32), np.empty(n))
         for members, primitives in ((rays.camera, by_camera), (~rays.camera, later)):
             index = flatnonzero(members)
             part = primitives.nearest(rays.origin[:, index], rays.direction[:, index], tally)
