@@ -21,13 +21,15 @@ from .trees import divides
 
 
 class Blockers(NamedTuple):
-    """What stands in the way of a light: blockers that end a shadow ray, and those that tint it.
+    """What stands in the way of a light.
 
-    hollow : (count + 1,) bool, solids that do not; None: all do.
+    opaque : (np,) bool, what of it ends a shadow ray; the rest tints it.   tints : there is a rest.
+    hollow : (count + 1,) bool, solids that do not stand in its way; None: all do.
     """
 
-    opaque: PrimitiveSet
-    tinted: PrimitiveSet
+    casts: PrimitiveSet
+    opaque: NDArray[np.bool_]
+    tints: bool
     hollow: NDArray[np.bool_] | None = None
 
 
@@ -76,15 +78,13 @@ class CompiledScene:
         g, table = self.geometry, self.surfaces
         if not self.plan.shadows:
             casts = np.zeros_like(casts)
-        opaque, clear = table.shadow_opaque[g.surface], table.shadow_clear[g.surface]
-        if not self.plan.any_hit:
-            opaque = np.zeros_like(opaque)
+        opaque, clear = table.shadow_opaque[g.surface] | blocks, table.shadow_clear[g.surface] & ~blocks
         if self.media.shadow_absorption is not None:
             clear = clear & (self.media.rank == self.media.count)  # even a clear solid displaces one that absorbs
-        opaque = opaque | blocks
 
         def blockers(members: NDArray[np.bool_], hollow: NDArray[np.bool_] | None = None) -> Blockers:
-            return Blockers(self._set(members & opaque), self._set(members & ~opaque & ~clear), hollow)
+            members = members & ~clear
+            return Blockers(self._set(members), opaque, bool((members & ~opaque).any()), hollow)
 
         self._blockers = blockers(casts)
         linked = [(light.key, light.blocks) for light in self.lights if light.blocks is not None]

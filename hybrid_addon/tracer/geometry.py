@@ -29,7 +29,6 @@ from .constants import STEADY_SCENE
 from .kept import Kept
 from .soup import Soup, join, no_triangles
 from .subdivide import split_large_triangles
-from .vectors import dot
 
 Bools = NDArray[np.bool_]
 
@@ -64,11 +63,8 @@ class Geometry:
     def heights(self) -> Float32:
         """(nt, 3) n.v of the three corners v and their shading normals n."""
         assert self.normals is not None
-        result = np.empty(self.triangles.shape, np.float32)
-        for i, column in enumerate(self.triangles.T):
-            corner = self.vertices.take(column, axis=0).astype(np.float64)
-            result[:, i] = dot(self.normals[:, 3 * i : 3 * i + 3].T, corner.T)
-        return result
+        corners = self.vertices.take(self.triangles, axis=0)
+        return np.einsum("ijk,ijk->ij", self.normals.reshape(corners.shape), corners)
 
     @property
     def triangle_count(self) -> int:

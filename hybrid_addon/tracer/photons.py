@@ -178,7 +178,7 @@ class _Tracer:
         back = np.ascontiguousarray(-rays.direction, np.float32)
         distance = (t if beam.light.has_place else np.full(len(t), np.inf)).astype(np.float32)
         blockers = self.plain.blockers(beam.light)
-        share = visibility(self.plain, blockers, back, distance, at.outer, None, tally)
+        share = visibility(self.plain, blockers, back, distance, at.outer, ~at.entering, None, tally)
         rays.throughput *= share
 
     def _onward(

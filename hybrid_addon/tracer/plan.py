@@ -39,8 +39,7 @@ class Plan:
     ambient, diffuse, specular : terms of local shading that can differ from 0.   emission : add it.
     world     : add the light of rays that leave the scene.
     shadows   : trace shadow rays.   unlit : even where no light would arrive.   faint : not where hardly any would.
-    any_hit : ask for any hit where it will
-                do.
+    any_hit : ask for any hit first, and for the nearest where that does not tell all.
     soft_shadows : shadow rays may go to points spread over their lights.
     rough     : rays leave rough surfaces by random microfacets.
     occlusion : work out how much of the world's diffuse light is hidden.
@@ -223,7 +222,7 @@ def make_plan(
     soft = soft and not spare("soft-shadows", not sized, "no light that casts shadows has a size", len(lights))
     rough = settings.rough_samples > 0 and secondary
     rough = rough and not spare("roughness", none(table.rough), "all that rays reach is smooth", n)
-    any_hit = spare("any-hit", shadows and bool((geometry.shadow & table.shadow_opaque[geometry.surface]).any()))
+    any_hit = spare("any-hit", shadows)
     casters = geometry.shadow & geometry.ray_traced & ~table.shadow_clear[geometry.surface]
     raster_shadows = shadows and settings.raster_shadows
     if settings.raster_shadows:

@@ -45,7 +45,7 @@ PRUNINGS = (
     Pruning("shadows", "exact if", "all shadow rays", "no light casts shadows, or nothing can cast one"),
     Pruning("unlit", "exact", "single shadow rays", "no light would arrive: it is behind, out of range or cone"),
     Pruning("soft-shadows", "exact if", "random points on lights", "no light that casts shadows has a size"),
-    Pruning("any-hit", "exact if", "the nearest hit along shadow rays", "what is hit is opaque: any hit will do"),
+    Pruning("any-hit", "exact if", "the nearest hit along shadow rays", "nothing is hit, or all is opaque"),
     Pruning("normals", "exact if", "shading normals", "every triangle is flat"),
     Pruning("textures", "exact if", "texture look-ups", "no value varies over a surface"),
     Pruning("environment", "exact if", "environment look-ups", "the world is uniform"),

@@ -17,7 +17,7 @@ from .geometry import Geometry
 from .interaction import Interaction, shadow_origin
 from .lights import CompiledLight, shadow_rays
 from .media import Stack, transmittance
-from .primitives import Hits, PrimitiveSet
+from .primitives import Hits
 from .rays import offset_origin, origin_offset
 from .scattering import both_faces, fresnel_dielectric, simple_caustic
 from .tally import Tally
@@ -55,11 +55,16 @@ class Origins:
 
 @dataclass(eq=False)
 class _Beam:
-    """Shadow rays from the hits `wanted` to one point of a light; media: (rows, m), the solids around their origins."""
+    """Shadow rays from the hits `wanted` to one point of a light.
+
+    inside : (m,) bool, they start behind surfaces that transmit.
+    media  : (rows, m), the solids around their origins.
+    """
 
     blockers: Blockers
     wanted: Index
     origin: Float32
+    inside: Bools
     wi: Float32
     distance: Float32
     media: Stack | None
@@ -98,13 +103,14 @@ def _beams(
 ) -> Iterator[_Beam]:
     """From the hits `wanted`, one after the other."""
     blockers, normal = scene.blockers(light), take(hit.n_geometric, wanted)
+    inside = hit.table.transmits.take(take(hit.surface, wanted)) & ~take(hit.entering, wanted)
     media = None if hit.media is None else take(hit.media, wanted)
     if media is not None and blockers.hollow is not None:
         media = scene.media.without(media, blockers.hollow)
     draws = None if hit.draws is None or samples == 0 else hit.draws.take(wanted)
     for part in range(max(samples, 1)):
         square = None if draws is None else draws.square(light.key, part, samples)
-        yield _Beam(blockers, wanted, origin, *shadow_rays(light, origin, normal, square), media)
+        yield _Beam(blockers, wanted, origin, inside, *shadow_rays(light, origin, normal, square), media)
 
 
 def _visibilities(scene: CompiledScene, hit: Interaction, beams: Iterable[_Beam], tally: Tally) -> Iterator[Array]:
@@ -121,10 +127,11 @@ def _visibilities(scene: CompiledScene, hit: Interaction, beams: Iterable[_Beam]
 
 def _visibility_of(scene: CompiledScene, hit: Interaction, beams: list[_Beam], tally: Tally) -> Iterator[Array]:
     """The same of beams with the same blockers, in one question."""
-    wi, distance, origin = (_joined([getattr(b, name) for b in beams]) for name in ("wi", "distance", "origin"))
+    names = "wi", "distance", "origin", "inside"
+    wi, distance, origin, inside = (_joined([getattr(b, name) for b in beams]) for name in names)
     media = _joined([b.media for b in beams if b.media is not None]) if beams[0].media is not None else None
     cut = None if hit.cut is None else np.zeros(len(distance), bool)
-    share, start = visibility(scene, beams[0].blockers, wi, distance, origin, media, tally, cut), 0
+    share, start = visibility(scene, beams[0].blockers, wi, distance, origin, inside, media, tally, cut), 0
     for beam in beams:
         part = slice(start, start + len(beam))
         start = part.stop
@@ -144,12 +151,14 @@ def visibility(
     wi: Float32,
     distance: Float32,
     origin: Float32,
+    inside: Bools,
     media: Stack | None,
     tally: Tally,
     cut: Bools | None = None,
 ) -> Array:
     """What share, (n,) or (3, n), of the light `distance` (n,) along wi (3, n) gets to the origins (3, n).
 
+    inside : (n,) bool, rays that are likely to meet something.
     media : (rows, n), the solids around the origins.   cut : (n,), gets marks where a ray is not followed to its end.
     """
     t_max = distance * np.float32(SHADOW_REACH)
@@ -159,34 +168,39 @@ def visibility(
         cut |= ~is_open
     tally.add("dropped", len(is_open) - count(sound, len(is_open)))
     tally.add("shadow", count(sound, len(is_open)))
-    if len(blockers.opaque):
-        o, d, t = take(origin, sound), take(wi, sound), take(t_max, sound)
-        is_open[sound] = ~blockers.opaque.occluded(o, d, t, tally)
-    if not len(blockers.tinted):
-        return is_open
-    remaining = select(is_open)
-    media = None if media is None else take(media, remaining)
-    way = take(origin, remaining), take(wi, remaining), take(t_max, remaining)
-    passed, exhausted = _transmittance(scene, blockers.tinted, *way, media, tally)
+    is_blocked = is_open.copy()
+    if scene.plan.any_hit and media is None:
+        # Most rays meet nothing: only the others have to be told by what. But the way through a solid may absorb.
+        asked = select(is_open & ~inside) if blockers.tints else sound
+        o, d, t = take(origin, asked), take(wi, asked), take(t_max, asked)
+        is_blocked[asked] = blockers.casts.occluded(o, d, t, tally)
+        is_open &= ~is_blocked
+        if not blockers.tints:
+            return is_open
+    blocked = select(is_blocked)
+    media = None if media is None else take(media, blocked)
+    way = take(origin, blocked), take(wi, blocked), take(t_max, blocked)
+    passed, exhausted = _transmittance(scene, blockers, *way, media, tally)
     if cut is not None and len(exhausted):
-        cut[exhausted if isinstance(remaining, slice) else remaining[exhausted]] = True
-    if isinstance(remaining, slice):
+        cut[exhausted if isinstance(blocked, slice) else blocked[exhausted]] = True
+    if isinstance(blocked, slice):
         return passed
-    visible = np.zeros(origin.shape, np.float32)
-    write(visible, remaining, passed)
+    visible = np.empty(origin.shape, np.float32)
+    visible[...] = is_open
+    write(visible, blocked, passed)
     return visible
 
 
 def _transmittance(
     scene: CompiledScene,
-    tinted: PrimitiveSet,
+    blockers: Blockers,
     origin: Float32,
     wi: Float32,
     t_max: Float32,
     media: Stack | None,
     tally: Tally,
 ) -> tuple[Float32, Numbers]:
-    """Product (3, n) over the non-opaque surfaces on straight shadow rays of (1-r)(1-o)(1-F) transmission_tint.
+    """Product (3, n) over the surfaces on straight shadow rays of (1-r)(1-o)(1-F) transmission_tint: 0 for opaque ones.
 
     And of what the solids between them leave over, where any absorbs; media: (rows, n), those around the origins.
     The ray is not bent, so at both faces of a solid its angle is that in the outer medium, and F is taken from there.
@@ -199,14 +213,17 @@ def _transmittance(
     left = None if media is None or absorption is None else result
     for _ in range(MAX_SHADOW_CROSSINGS):
         tally.add("shadow_steps", len(active))
-        hits = tinted.nearest(origin, d, tally)
+        hits = blockers.casts.nearest(origin, d, tally)
         crosses = hits.t < reach
+        ends = crosses & blockers.opaque.take(hits.prim, mode="wrap")
         if left is not None and media is not None and absorption is not None:
             left = left * transmittance(absorption, media, np.minimum(hits.t, reach)).astype(np.float32)
-        crossed = select(crosses)
-        if left is not None and not isinstance(crossed, slice):
-            arrived = flatnonzero(~crosses)
-            write(result, active[arrived], take(left, arrived))
+        crossed = select(crosses & ~ends)
+        if not isinstance(crossed, slice):
+            write(result, active[ends], 0)
+            if left is not None:
+                arrived = flatnonzero(~crosses)
+                write(result, active[arrived], take(left, arrived))
         if count(crossed, len(active)) == 0:
             return result, active[:0]
         hits, active, origin, d = hits.take(crossed), active[crossed], take(origin, crossed), take(d, crossed)
