@@ -46,7 +46,7 @@ def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cu
     plan, color = scene.plan, hit.value("base_color")
     radiance = np.zeros(color.shape, np.float32)
     if plan.ambient:
-        _add_ambient(scene, hit, radiance, tally)
+        _add_ambient(scene, hit, color, radiance, tally)
     if plan.diffuse or plan.specular:
         receivers = _Receivers(hit, hit.point.astype(np.float32), color * (hit.value("diffuse") * INVERSE_PI))
         origins = Origins(scene.geometry, hit)
@@ -123,11 +123,14 @@ def _add_lit(
         add(radiance, wanted, chosen)
 
 
-def _add_ambient(scene: CompiledScene, hit: Interaction, radiance: Float32, tally: Tally) -> None:
-    """Add the light of the world: what is diffuse, and its blurred image in the reflections that no ray follows."""
+def _add_ambient(scene: CompiledScene, hit: Interaction, color: Float32, radiance: Float32, tally: Tally) -> None:
+    """Add the light of the world: what is diffuse, and its blurred image in the reflections that no ray follows.
+
+    color : (3, n), base_color of the hits.
+    """
     lit = select(hit.table.shades_ambient.take(hit.surface))
     if count(lit, len(hit.prim)):
-        color = hit.value("base_color", lit) * hit.value("ambient", lit)
+        color = take(color, lit) * hit.value("ambient", lit)
         color = color * scene.world.irradiance_over_pi(take(hit.n_shading, lit))
         if scene.occluders is not None and hit.draws is not None:
             color *= open_share(scene, scene.occluders, hit, lit, tally)
