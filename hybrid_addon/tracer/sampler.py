@@ -86,12 +86,17 @@ class Draws:
     @cached_property
     def key(self) -> UInt32:
         """(n,) of the pixel and of the way through the tree."""
-        return hash32(self.sampler.pixels.take(self.sample // self.sampler.count) ^ hash32(self.path))
+        return hash32(self.sampler.pixels.take(self._pixel) ^ hash32(self.path))
+
+    @cached_property
+    def _pixel(self) -> NDArray[np.intp]:
+        """(n,) of the sampler's portion."""
+        return self.sample // self.sampler.count
 
     @cached_property
     def number(self) -> UInt32:
         """(n,) of the sample within its pixel."""
-        number = (self.sampler.first + self.sample % self.sampler.count).astype(np.uint32)
+        number = (self.sampler.first + self.sample - self._pixel * self.sampler.count).astype(np.uint32)
         return number if self.parts is None else number * self.parts[0] + self.parts[1]
 
     def take(self, index: Index) -> Draws:

@@ -30,7 +30,7 @@ def mirrored(wo: Float32, n: Float32, roughness: Float32) -> Float32:
     return np.asarray(n + (reflect(wo, n) - n) * share, np.float32)
 
 
-def fresnel_dielectric(cos_i: Float64, eta: Float64) -> Float64:
+def fresnel_dielectric(cos_i: Array, eta: Array) -> Array:
     """Exact unpolarised reflectance (n,) of a dielectric; 1 beyond the critical angle, exactly 0 for eta = 1.
 
     Fresnel's equations with g^2 = eta^2 - 1 + c^2 (Cook & Torrance 1982), arranged so that nothing cancels near
@@ -38,7 +38,8 @@ def fresnel_dielectric(cos_i: Float64, eta: Float64) -> Float64:
     r_s = (g - c) / (g + c) = k / (c + g)^2 with k = eta^2 - 1, and, as c (c + g) - 1 = c g - s^2 with s^2 = 1 - c^2,
     r_p = r_s (c (g + c) - 1) / (c (g - c) + 1) = r_s (c g - s^2) / (c g + s^2).
 
-    cos_i : (n,) float64, clamped to 0..1.  eta : (n,) float64 > 0.
+    cos_i : (n,) float64, clamped to 0..1.  eta : (n,) float64 > 0. Both float32 give float32, good to 1e-6 away from
+    the critical angle.
     """
     c = np.clip(cos_i, 0.0, 1.0)
     k = (eta - 1) * (eta + 1)

@@ -262,7 +262,8 @@ def _passed(scene: CompiledScene, prim: Numbers, hits: Hits, origin: Float32, d:
         seen = resolve_crossings(scene.geometry, table, told, hits.take(told), *way, seen)
     ior = table.ior.take(surface)
     thin = scene.media.is_thin(prim)
-    fresnel, tint = both_faces(fresnel_dielectric(cos, ior), seen.value("tint", ALL), thin)
+    once = fresnel_dielectric(cos.astype(np.float32), ior.astype(np.float32))
+    fresnel, tint = both_faces(once, seen.value("tint", ALL), thin)
     share = seen.value("interface", ALL) * (1 - fresnel)
     if scene.settings.caustics == "SIMPLE":
         focused = simple_caustic(cos, ior)

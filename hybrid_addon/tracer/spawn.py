@@ -85,10 +85,10 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
         outside = at.entering if thin is None else at.entering | thin
         ior, prim = at.table.ior.take(take(at.surface, optical)), take(at.prim, optical)
         cosine = np.clip(take(at.cos_o, optical), 0, 1).astype(np.float64)
-        index = scene.media.eta(take(rays.media, optical), prim, ior, take(outside, optical))
-        index[~take(is_optical, optical)] = 1.0
-        cos_i[optical], eta[optical] = cosine, index
-        fresnel[optical] = fresnel_dielectric(cosine, index)
+        relative = scene.media.eta(take(rays.media, optical), prim, ior, take(outside, optical))
+        relative[~take(is_optical, optical)] = 1.0
+        cos_i[optical], eta[optical] = cosine, relative
+        fresnel[optical] = fresnel_dielectric(cosine, relative)
     bends = eta != 1
     if thin is not None:
         fresnel, tint = both_faces(fresnel, tint, thin)

@@ -21,6 +21,15 @@ def test_normal_incidence_on_glass_is_four_percent_from_both_sides(eta):
     assert F(1.0, eta)[0] == pytest.approx(0.04, abs=1e-15)
 
 
+@pytest.mark.parametrize("eta", [1.0, 1 + 1e-6, 1.33, 1.5, 2.4])
+def test_float32_gives_the_same_to_its_own_precision(eta):
+    cos = np.linspace(0, 1, 10_001).astype(np.float32)
+    eta = np.full(cos.shape, eta, np.float32)
+    got = fresnel_dielectric(cos, eta)
+    assert got.dtype == np.float32
+    np.testing.assert_allclose(got, fresnel_dielectric(cos.astype(float), eta.astype(float)), atol=1e-6)
+
+
 def test_grazing_incidence_reflects_all():
     assert F(0.0, 1.5)[0] == pytest.approx(1, abs=1e-15)
 
