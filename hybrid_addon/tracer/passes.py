@@ -41,7 +41,7 @@ Watch = Callable[[], None]
 POLL_SECONDS = 0.1
 """How often the caller hears of progress, and may cancel."""
 
-LONGEST_PORTION = 1 << 19
+LONGEST_PORTION = 1 << 20
 """Camera rays of a portion: the sums of their samples take 80 bytes each, and share 64 bits with their budgets."""
 
 SMALLEST_PORTION = 1 << 13

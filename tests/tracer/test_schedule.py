@@ -154,7 +154,7 @@ def test_a_larger_picture_needs_little_more_than_its_pixels(build, monkeypatch):
         (1 << 16, 1, 4, passes.FOR_A_THREAD, 1),  # little work: threads would wait for one another
         (1 << 16, 4, 4, passes.FOR_A_THREAD, 4),
         (1 << 16, 1, 4, passes.SMALLEST_PORTION, 4),  # processes do not
-        (1 << 20, 4, 4, passes.SMALLEST_PORTION, 8),  # none is longer than LONGEST_PORTION
+        (1 << 21, 4, 4, passes.SMALLEST_PORTION, 8),  # none is longer than LONGEST_PORTION
         (1 << 20, 4, 16, passes.SMALLEST_PORTION, 32),  # many processes: whoever has time takes another
         (1 << 14, 1, 16, passes.SMALLEST_PORTION, 2),
     ],
