@@ -23,6 +23,7 @@ from .trees import divides
 class Blockers(NamedTuple):
     """What stands in the way of a light.
 
+    casts  : all of it, but for what changes no light.
     opaque : (np,) bool, what of it ends a shadow ray; the rest tints it.   tints : there is a rest.
     hollow : (count + 1,) bool, solids that do not stand in its way; None: all do.
     """

@@ -14,7 +14,7 @@ from .constants import BUMP_STEP
 from .geometry import Geometry
 from .primitives import barycentrics
 from .textures import sample_texture
-from .vectors import ALL, Array, Index, count, cross, dot, flatnonzero, orthonormal_basis, select, take, write
+from .vectors import ALL, Array, Index, count, cross, dot, flatnonzero, orthonormal_basis, select, signs, take, write
 
 Numbers = NDArray[np.intp]
 
@@ -81,7 +81,7 @@ class HitData:
 
     @property
     def _outward(self) -> Float32:
-        return np.where(self.entering, np.float32(1), np.float32(-1))
+        return signs(self.entering)
 
     def gradient(self, value: Callable[[HitData], Array]) -> Float64:
         """(3, n): how a number (1, n) grows along the surface, for each metre; over a step of about a pixel."""

@@ -15,7 +15,7 @@ from .primitives import Hits, barycentrics
 from .rays import Rays, offset_origin, origin_offset
 from .sampler import Draws
 from .surfaces import SurfaceTable
-from .vectors import ALL, Index, count, dot, most, put, select, take
+from .vectors import ALL, Index, count, dot, most, put, select, signs, take
 
 Numbers = NDArray[np.intp]
 
@@ -105,7 +105,7 @@ def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays) ->
     entering = hits.toward < 0
     point = rays.direction * hits.t
     point += rays.origin
-    n_geometric = hits.normal * (2 * entering.astype(np.float32) - 1)
+    n_geometric = hits.normal * signs(entering)
     offset = origin_offset(point.astype(np.float32), geometry.extent.take(prim))
     n_shading, weights = _shading_normal(geometry, prim, point, n_geometric, entering)
     return Interaction(
@@ -141,7 +141,7 @@ def _shading_normal(
     n += corner[3:6] * u
     n += corner[6:9] * v
     length = np.maximum(np.sqrt(dot(n, n)), np.finfo(np.float32).tiny)
-    n *= (2 * take(entering, smooth).astype(np.float32) - 1) / length
+    n *= signs(take(entering, smooth)) / length
     # A normal that vanishes or points into its own surface tells nothing: the geometric one then.
     facing = take(n_geometric, smooth)
     np.copyto(n, facing, where=~(take(is_smooth, smooth) & (dot(n, facing) > 0)))
@@ -164,7 +164,7 @@ def shadow_origin(geometry: Geometry, hit: Interaction, index: Index) -> Float32
         return outer
     on_smooth = smooth if isinstance(index, slice) else take(index, smooth)
     prim, point = take(prim, smooth), take(hit.point, on_smooth)
-    place, sign = point.astype(np.float32), 2 * take(hit.entering, on_smooth).astype(np.float32) - 1
+    place, sign = point.astype(np.float32), signs(take(hit.entering, on_smooth))
     u, v = take(hit.weights, on_smooth).astype(np.float32)
     normals = np.ascontiguousarray(geometry.normals.take(prim, axis=0).T)
     heights = geometry.heights.take(prim, axis=0).T

@@ -118,8 +118,9 @@ def illuminate(compiled: CompiledLight, point: Float32, normal: Float32, least_d
 
 def angular_radius(light: Light, d2: Float32 | None) -> Float32:
     """Half the angle, radians, that a light takes up at squared distances (n,): (n,), or (1,) for a sun."""
-    if isinstance(light, SunLight) or d2 is None:
-        return np.full(1, light.angle / 2 if isinstance(light, SunLight) else 0.0, np.float32)
+    if isinstance(light, SunLight):
+        return np.full(1, light.angle / 2, np.float32)
+    assert d2 is not None
     if isinstance(light, AreaLight):
         u, v = (np.array(a, np.float64) for a in (light.axis_u, light.axis_v))
         radius = float(np.sqrt(np.sqrt((np.cross(u, v) ** 2).sum())))

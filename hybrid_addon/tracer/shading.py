@@ -155,14 +155,18 @@ def _add_highlight(hit: Interaction, lit: Illumination, light: CompiledLight, ar
     shines = (lit.specular > 0) & (lit.cosine > 0) & (hit.cos_o > 0)
     shines &= table.shades_specular.take(hit.surface)
     layered = table.layered.take(hit.surface)
-    for members, lobes in ((shines & layered, _layered_lobes), (shines & ~layered, _phong_lobe)):
-        index = select(members)
-        if count(index, len(members)) == 0:
+    for is_layered in (True, False):
+        index = select(shines & (layered == is_layered))
+        if count(index, len(shines)) == 0:
             continue
         cos_i, cos_o = take(lit.cosine, index), take(hit.cos_o, index)
         sin2_h, wo_h = half_way(take(lit.wi, index), take(hit.wo, index), take(hit.n_shading, index))
-        radius = angular_radius(light.light, None if lit.d2 is None else take(lit.d2, index))
-        color = lobes(hit, index, (sin2_h, cos_i, cos_o), wo_h, radius)
+        if is_layered:
+            radius = angular_radius(light.light, None if lit.d2 is None else take(lit.d2, index))
+            color = _layered_lobes(hit, index, (sin2_h, cos_i, cos_o), radius)
+        else:
+            lobe = phong(sin2_h, cos_i, cos_o, wo_h, hit.value("exponent", index))
+            color = schlick(hit.value("specular", index), wo_h) * lobe
         color *= take(lit.specular, index) * np.float32(light.light.specular)
         add(arriving, index, color)
 
@@ -171,14 +175,8 @@ Angles = tuple[Float32, Float32, Float32]
 """(n,) each: sin2_h of `half_way`, cosines > 0 between the normal and wi and wo."""
 
 
-def _phong_lobe(hit: Interaction, index: Index, angles: Angles, wo_h: Float32, _radius: Float32) -> Float32:
-    """What the hits `index` of plain surfaces reflect of light of 1: (3, m)."""
-    lobe = phong(*angles, wo_h, hit.value("exponent", index))
-    return schlick(hit.value("specular", index), wo_h) * lobe
-
-
-def _layered_lobes(hit: Interaction, index: Index, angles: Angles, _wo_h: Float32, radius: Float32) -> Float32:
-    """The same of layered surfaces, for a light of an angular radius (m,)."""
+def _layered_lobes(hit: Interaction, index: Index, angles: Angles, radius: Float32) -> Float32:
+    """What the hits `index` on layered surfaces reflect of light of 1, of an angular radius (m,): (3, m)."""
     color = hit.value("lobe", index) * ggx_highlight(*angles, hit.value("lobe_roughness", index), radius)
     coat = hit.value("coat", index)
     if coat.any():

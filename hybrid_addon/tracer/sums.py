@@ -68,7 +68,7 @@ class Sums:
         """What follows from the others, and working space."""
         self.generation = np.zeros(len(self.seen), np.int16)
         self._released = np.array([self.limit * (k + 1) // (self.depth + 1) for k in range(self.depth + 1)], np.int64)
-        self._counts = np.zeros(len(self.seen), np.int64)  # zeros between calls
+        self._scratch = np.zeros(len(self.seen), np.int64)  # of samples; zeros between calls
 
     @classmethod
     def zeros(
@@ -160,9 +160,9 @@ class Sums:
         until = (total - cost).take(starts) + self.allowed(first) - self.spent.take(first)
         # Of each sample the first that is too much, and all of its weight: where the sums go beyond what is left.
         beyond = np.searchsorted(total, until, side="right")
-        self._counts[first] = np.where(beyond < starts + number, ordered.take(beyond, mode="clip"), HEAVIEST_KEY)
-        result[candidates.take(possible[key < self._counts.take(key >> BUDGET_BITS)])] = True
-        self._counts[first] = 0
+        self._scratch[first] = np.where(beyond < starts + number, ordered.take(beyond, mode="clip"), HEAVIEST_KEY)
+        result[candidates.take(possible[key < self._scratch.take(key >> BUDGET_BITS)])] = True
+        self._scratch[first] = 0
         return result
 
     def cut_light(self, sample: Numbers, share: Float32) -> Numbers:
@@ -201,9 +201,9 @@ class Sums:
 
     def _sum_of_each(self, owner: Numbers, cost: NDArray[np.int64]) -> NDArray[np.int64]:
         """What all costs (n,) of the same owner (n,) add up to: (n,)."""
-        np.add.at(self._counts, owner, cost)
-        total = self._counts.take(owner)
-        self._counts[owner] = 0
+        np.add.at(self._scratch, owner, cost)
+        total = self._scratch.take(owner)
+        self._scratch[owner] = 0
         return total
 
 

@@ -63,6 +63,11 @@ def largest_component(a: Array) -> Array:
     return result
 
 
+def signs(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """1 where the mask (n,) is True, else -1: (n,). Choosing between two takes ten times as long as arithmetic."""
+    return np.asarray(2 * mask.astype(np.float32) - 1)
+
+
 def flatnonzero(mask: Array) -> NDArray[np.intp]:
     """Numbers of the elements of (n,) that are not 0: of few in a quarter of the time that numpy's takes."""
     return mask.nonzero()[0]

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hybrid_addon.scene import Settings, Sphere, SunLight, World
+from hybrid_addon.scene import PointLight, Settings, Sphere, SunLight, World
 from hybrid_addon.tracer import plan, touching, trace
 from hybrid_addon.tracer.geometry import flatten
 from hybrid_addon.tracer.solids import is_closed
@@ -356,3 +356,17 @@ def test_what_a_solid_touches_does_not_depend_on_what_is_asked_first(build, monk
     np.testing.assert_array_equal(found[0].sphere_radius, found[1].sphere_radius)
     untouched = flatten(scene, [{}] * len(scene.surfaces))
     assert (found[0].vertices != untouched.vertices).any()
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-7, 1e-6])
+def test_no_light_slips_between_a_glass_and_the_wall_that_it_touches(build, gap):
+    """Shadow rays step over what is within their offset behind a surface: the wall must lie inside of the glass."""
+    wall = build.quad([(-9, -9, -gap), (9, -9, -gap), (9, 9, -gap), (-9, 9, -gap)])
+    pane = build.box((-2, -2, 0), (2, 2, 0.1))
+    ceiling = build.quad([(-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)])
+    matte, glass = build.matte(), build.glass(GLASS)
+    behind = PointLight("behind", (0.3, 0.2, -2), (100, 100, 100))
+    cam = build.camera(eye=(0, 0, 0.5), target=(0, 0, 1))
+    film = picture(build.scene((wall, matte), (pane, glass), (ceiling, matte), lights=[behind], camera=cam))
+    assert film.rays["shadow_steps"] > film.rays["shadow"] > 0  # they do go through the pane
+    np.testing.assert_array_equal(film.radiance, 0)
