@@ -115,10 +115,11 @@ class Grid:
         outside &= (x >= 0) & (x < resolution[0]) & (y >= 0) & (y < resolution[1])
         in_window = np.full(inside.shape, -1, np.int32)
         in_window[inner] = np.arange((y1 - y0) * (x1 - x0), dtype=np.int32).reshape(y1 - y0, x1 - x0)
-        place = np.flatnonzero(inside | outside).astype(np.int32)
-        number = np.full(inside.size, -1, np.int32)
-        number[place] = np.arange(len(place), dtype=np.int32)
-        return cls((x0 - margin, y0 - margin), inside.shape, place, number, in_window.reshape(-1)[place])
+        traced = inside | outside
+        place = np.flatnonzero(traced).astype(np.int32)
+        number = np.full(traced.shape, -1, np.int32)
+        number[traced] = np.arange(len(place), dtype=np.int32)
+        return cls((x0 - margin, y0 - margin), traced.shape, place, number.reshape(-1), in_window[traced])
 
     def __len__(self) -> int:
         return len(self.place)

@@ -27,7 +27,7 @@ from .vectors import as_slice
 __all__ = ["Cancelled", "Progress", "trace", "trace_compiled"]
 
 DEFAULTS = Settings()
-BAND = 1 << 15
+BAND = 1 << 16
 """Pixels that are developed at once: what is only needed meanwhile stays small in large pictures."""
 
 PHASES = ("build", "intersect", "occluded", "shade", "develop")

@@ -48,12 +48,14 @@ class Sums:
     depth    : most bounces, over which the limit is released (see `allowed`).
     first    : how many rays a camera ray may become at once, where it hits what is rough.
     light_limit, unlit : the same for light that is not asked for (see `cut_light`).
-    spent    : (n,) int64, throughput that each sample has lost so far, in the same units; (0,) without a limit.
+    spent    : (n,) int64, throughput that each sample has lost so far, in the same units; None without a limit.
+    scratch  : (n,) int64, working space: zeros between calls.
     """
 
     radiance: Float64
     seen: Float64
     residual: Float64
+    scratch: NDArray[np.int64]
     count: int = 1
     limit: int = 0
     spent: NDArray[np.int64] | None = None
@@ -65,10 +67,9 @@ class Sums:
     first: int = 1
 
     def __post_init__(self) -> None:
-        """What follows from the others, and working space."""
+        """What follows from the others."""
         self.generation = np.zeros(len(self.seen), np.int16)
         self._released = np.array([self.limit * (k + 1) // (self.depth + 1) for k in range(self.depth + 1)], np.int64)
-        self._scratch = np.zeros(len(self.seen), np.int64)  # of samples; zeros between calls
 
     @classmethod
     def zeros(
@@ -81,16 +82,22 @@ class Sums:
         """
         light_limit = int(cutoff * LIGHT_BUDGET / BUDGET_UNIT)
         limit = int(cutoff / BUDGET_UNIT) - light_limit
+        names = list(parts)
+        # One array: large ones are given in pages of 2 MB, five hundred times as few.
+        rows = np.zeros((8 + sum(LIGHT_PASSES[name] for name in names), m * count))
+        spent, unlit, scratch = rows[5:8].view(np.int64)
+        place = 8 + np.cumsum([LIGHT_PASSES[name] for name in names])
         return cls(
-            np.zeros((3, m * count)),
-            np.zeros(m * count),
-            np.zeros(m * count),
+            rows[:3],
+            rows[3],
+            rows[4],
+            scratch,
             count,
             limit,
-            np.zeros(m * count, np.int64) if limit else None,
+            spent if limit else None,
             light_limit=light_limit,
-            unlit=np.zeros(m * count, np.int64) if light_limit else None,
-            parts={name: np.zeros((LIGHT_PASSES[name], m * count)) for name in parts},
+            unlit=unlit if light_limit else None,
+            parts={name: rows[end - LIGHT_PASSES[name] : end] for name, end in zip(names, place.tolist(), strict=True)},
             depth=depth,
             first=first,
         )
@@ -160,9 +167,9 @@ class Sums:
         until = (total - cost).take(starts) + self.allowed(first) - self.spent.take(first)
         # Of each sample the first that is too much, and all of its weight: where the sums go beyond what is left.
         beyond = np.searchsorted(total, until, side="right")
-        self._scratch[first] = np.where(beyond < starts + number, ordered.take(beyond, mode="clip"), HEAVIEST_KEY)
-        result[candidates.take(possible[key < self._scratch.take(key >> BUDGET_BITS)])] = True
-        self._scratch[first] = 0
+        self.scratch[first] = np.where(beyond < starts + number, ordered.take(beyond, mode="clip"), HEAVIEST_KEY)
+        result[candidates.take(possible[key < self.scratch.take(key >> BUDGET_BITS)])] = True
+        self.scratch[first] = 0
         return result
 
     def cut_light(self, sample: Numbers, share: Float32) -> Numbers:
@@ -201,9 +208,9 @@ class Sums:
 
     def _sum_of_each(self, owner: Numbers, cost: NDArray[np.int64]) -> NDArray[np.int64]:
         """What all costs (n,) of the same owner (n,) add up to: (n,)."""
-        np.add.at(self._scratch, owner, cost)
-        total = self._scratch.take(owner)
-        self._scratch[owner] = 0
+        np.add.at(self.scratch, owner, cost)
+        total = self.scratch.take(owner)
+        self.scratch[owner] = 0
         return total
 
 

@@ -14,11 +14,11 @@ from .constants import HALVES_TO_ERROR, SAMPLING_SLOPE
 from .film import Grid, PixelFilter
 from .forks import shared_zeros
 from .sums import LIGHT_PASSES, Sums
-from .vectors import Index, as_slice, take, write
+from .vectors import Index, as_slice, flatnonzero, take, write
 
 Bools = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
-Source = tuple[Index, Float64, NDArray[np.int32]]
+Source = tuple[Index, NDArray[np.int32]]
 
 RADIANCE, SEEN, RESIDUAL, OWN = slice(0, 3), 3, 4, slice(0, 4)
 """Rows of `Totals.given`; those of light passes follow."""
@@ -198,59 +198,70 @@ class Totals:
         """
         sources = self._sources(pixels)
         sums, taken = self._gathered(sources, slice(None)), self._all_seen(sources)
-        parts = {
-            name: np.nan_to_num(_quotient(sums[rows], sums[SEEN]), posinf=0, neginf=0)
-            for name, rows in self.rows.items()
-        }
-        light, lost = _quotient(sums[RADIANCE], sums[SEEN]), _quotient(sums[RESIDUAL], sums[SEEN])
-        return light, lost, parts, _quotient(sums[SEEN], taken)
+        seen = _or_one(sums[SEEN])
+        with np.errstate(all="ignore"):
+            light, lost = sums[RADIANCE] / seen, sums[RESIDUAL] / seen
+            parts = {name: np.nan_to_num(sums[rows] / seen, posinf=0, neginf=0) for name, rows in self.rows.items()}
+            covered = sums[SEEN] / _or_one(taken)
+        in_float32 = {name: part.astype(np.float32) for name, part in parts.items()}
+        return light.astype(np.float32), lost.astype(np.float32), in_float32, covered.astype(np.float32)
 
     def seen(self, pixels: Pixels) -> Bools:
         """Whether any sample counts for pixels (m,)."""
-        rows = slice(SEEN, SEEN + 1)
-        return _in_bands(lambda band: self._gathered(self._sources(band), rows)[0] > 0, pixels)
+        found = take(self.given[0, SEEN], as_slice(pixels)) > 0
+        left = flatnonzero(~found)
+        for plane, (source, taken) in zip(self.given, self._sources(pixels[left]), strict=True):
+            found[left] |= (take(plane[SEEN], source) > 0) & (taken > 0)
+        return found
 
     def variance_of_mean(self, pixels: Pixels) -> Float32:
         """Squared error (m,) to expect of the means of some pixels (m,); NaN where unknown."""
         total, known = np.zeros(len(pixels)), np.zeros(len(pixels))
         for share, offset in zip(self.filter.shares(), self.filter.offsets, strict=True):
             source = self.grid.neighbours(pixels, offset)
-            variance = np.where(source >= 0, self.variance[source], np.float32(np.nan))
-            there = np.isfinite(variance)
-            total[there] += share**2 * variance[there]
-            known[there] += share
+            variance = self.variance.take(source, mode="wrap")
+            there = np.isfinite(variance) & (source >= 0)
+            variance[~there] = 0
+            total += share**2 * variance
+            known += share * there
         with np.errstate(all="ignore"):
             return np.asarray((total / known**2).astype(np.float32))
 
     def _gathered(self, sources: list[Source], rows: slice) -> Float64:
         """(c, m): what pixels get from themselves and from those around them, each weighed by its number of samples."""
+        share = 1 / np.arange(1, self._most(sources) + 1)
+        shares = np.concatenate([[0.0], share])  # by the number of samples
         result = np.zeros((len(self.given[0, rows]), len(sources[0][1])))
-        for plane, (source, share, _) in zip(self.given, sources, strict=True):
+        for plane, (source, taken) in zip(self.given, sources, strict=True):
+            share = shares.take(taken)
             for row, values in zip(result, plane[rows], strict=True):
                 row += take(values, source) * share
         return result
 
     def _all_seen(self, sources: list[Source]) -> Float64:
         """(m,): what SEEN would be if all samples counted."""
-        most = max(int(np.max(taken, initial=0)) for _, _, taken in sources)
-        weights = np.zeros((len(self.filter.offsets), most + 1), np.float32)
-        np.cumsum(self.filter.weights(0, most), axis=1, out=weights[:, 1:])
+        most = self._most(sources)
+        means = np.zeros((len(self.filter.offsets), most + 1))
+        np.cumsum(self.filter.weights(0, most), axis=1, out=means[:, 1:])
+        means[:, 1:] /= np.arange(1, most + 1)
         result = np.zeros(len(sources[0][1]))
-        for table, (_, share, taken) in zip(weights, sources, strict=True):
-            result += table.take(taken) * share
+        for table, (_, taken) in zip(means, sources, strict=True):
+            result += table.take(taken)
         return result
 
+    def _most(self, sources: list[Source]) -> int:
+        """Samples of any pixel."""
+        return max(int(np.max(taken, initial=0)) for _, taken in sources)
+
     def _sources(self, pixels: Pixels) -> list[Source]:
-        """For each offset of the filter, the pixels (m,) that give to `pixels` over it, what they count, one over the
-        number of their samples, or 0, and that number."""
+        """For each offset of the filter, the pixels (m,) that give to `pixels` over it, and how many samples they have:
+        0 where there is none."""
         found: list[Source] = []
         for offset in self.filter.offsets:
             number = pixels if offset == (0, 0) else self.grid.neighbours(pixels, offset)
             there = number >= 0
             source = self._consecutive(number, there)
-            taken = take(self.samples, source)
-            there &= taken > 0
-            found.append((source, there / np.maximum(taken, 1), taken))
+            found.append((source, take(self.samples, source) * there))
         return found
 
     def _consecutive(self, number: NDArray[Any], there: Bools) -> Index:
@@ -276,7 +287,12 @@ def _in_bands(work: Callable[[Pixels], NDArray[Any]], pixels: Pixels) -> NDArray
 def _quotient(sums: NDArray, seen: NDArray) -> Float32:
     """Sums (..., m) over seen (m,); 0 where that is 0."""
     with np.errstate(all="ignore"):
-        return np.asarray((sums / np.where(seen > 0, seen, 1)).astype(np.float32))
+        return np.asarray((sums / _or_one(seen)).astype(np.float32))
+
+
+def _or_one(a: NDArray) -> NDArray:
+    """(m,): what is not positive, 1."""
+    return np.where(a > 0, a, 1)
 
 
 def neighbours_rmse(
