@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..scene import Float32, Float64, Instance, Int32, Plane, Scene, Sphere, TriangleMesh
 from .constants import EMBREE_LIMIT
 from .soup import facets_of
-from .vectors import cross
+from .vectors import cross, dot, select
 
 Bools = NDArray[np.bool_]
 Layouts = Sequence[Mapping[str, tuple[int, int]]]
@@ -28,16 +28,26 @@ class Batch:
     numbers: list[int]  # of the instances in the scene
     matrices: Float64  # (k, 4, 4)
 
+    @property
+    def size(self) -> int:
+        """Triangles of all."""
+        return len(self.instances) * len(self.mesh.triangles)
+
     @cached_property
     def vertices(self) -> Float64:
-        """(k, nv, 3)."""
+        """(3, k, nv)."""
         return _transform(self.mesh.vertices.astype(np.float64), self.matrices)
 
     @cached_property
     def handedness(self) -> Float64:
         """(k,) sign of the determinant: -1 for mirrored instances, 0 for singular ones."""
-        a, b, c = self.matrices[:, 0, :3], self.matrices[:, 1, :3], self.matrices[:, 2, :3]
-        return np.asarray(np.sign((a * cross(b.T, c.T).T).sum(1)))
+        return np.asarray(np.sign((self.matrices[:, 0, :3] * self.cofactors[:, 0]).sum(1)))
+
+    @cached_property
+    def cofactors(self) -> Float64:
+        """(k, 3, 3) of the linear parts: cofactor(M) = det(M) M^-T exists for singular matrices, too."""
+        rows = self.matrices[:, :3, :3].transpose(1, 2, 0)
+        return np.stack([cross(rows[(i + 1) % 3], rows[(i + 2) % 3]).T for i in range(3)], axis=1)
 
     @cached_property
     def key(self) -> tuple[TriangleMesh, bytes]:
@@ -79,39 +89,75 @@ def batches_of(scene: Scene) -> Iterator[Batch]:
 
 
 def _transform(points: Float64, matrices: Float64) -> Float64:
-    """(n, 3) points through (k, 4, 4) matrices: (k, n, 3)."""
+    """(n, 3) points through (k, 3 or 4, 3 or 4) matrices, which move them if there is a fourth column: (3, k, n)."""
     m = matrices[:, :, :, None]
     x, y, z = points.T
+    result = np.empty((3, len(matrices), len(points)))
     with np.errstate(invalid="ignore", over="ignore"):  # vertices that are not finite are dropped later
-        return np.stack([m[:, i, 0] * x + m[:, i, 1] * y + m[:, i, 2] * z + m[:, i, 3] for i in range(3)], axis=-1)
+        for i, row in enumerate(result):
+            np.multiply(m[:, i, 0], x, out=row)
+            row += m[:, i, 1] * y
+            row += m[:, i, 2] * z
+            if m.shape[2] > 3:
+                row += m[:, i, 3]
+    return result
 
 
 def bounds_of_instances(batch: Batch) -> Float64:
     """(k, 2, 3) lowest and highest coordinates of each instance's traceable vertices; low > high: none."""
-    points = batch.vertices
-    size = np.abs(points)
-    usable = (size[..., 0] < EMBREE_LIMIT) & (size[..., 1] < EMBREE_LIMIT) & (size[..., 2] < EMBREE_LIMIT)  # not NaN
-    low = np.stack([np.where(usable, points[..., i], np.inf).min(axis=1) for i in range(3)], axis=1)
-    high = np.stack([np.where(usable, points[..., i], -np.inf).max(axis=1) for i in range(3)], axis=1)
-    return np.stack([low, high], axis=1)
+    rows = batch.vertices
+    usable = (np.abs(rows) < EMBREE_LIMIT).all(axis=0)  # not NaN
+    low, high = np.where(usable, rows, np.inf).min(axis=2), np.where(usable, rows, -np.inf).max(axis=2)
+    return np.stack([low.T, high.T], axis=1)
 
 
-def shape_of(batch: Batch, center: Float64, use_normals: bool) -> Shape:
-    """Its triangles around the centre, those left out that are degenerate."""
-    mesh, k = batch.mesh, len(batch.instances)
-    first = (np.arange(k, dtype=np.int32) * np.int32(len(mesh.vertices)))[:, None, None]
+def shapes_of(batches: Sequence[Batch], center: Float64, use_normals: bool) -> list[Shape]:
+    """Their triangles around the centre, those left out that are degenerate.
+
+    Few calls for many small meshes: what is done to each triangle alone is done to those of all batches at once.
+    """
+    vertices = [_around(batch, center) for batch in batches]
+    triangles = [_numbered(batch) for batch in batches]
+    normals = [_corner_normals(batch) if use_normals else None for batch in batches]
+    points = [of_batch.take(t, axis=0) for of_batch, t in zip(vertices, triangles, strict=True)]
+    facets, weights, extent, sound = facets_of(np.concatenate(points))
+    ends = np.cumsum([len(t) for t in triangles]).tolist()
+    parts = [slice(end - len(t), end) for end, t in zip(ends, triangles, strict=True)]
+    smooth = np.zeros(len(sound), bool)
+    curved = [(part, n) for part, n in zip(parts, normals, strict=True) if n is not None]
+    if curved:
+        there = np.concatenate([np.arange(part.start, part.stop) for part, _ in curved])
+        smooth[there] = _is_smooth(np.concatenate([n for _, n in curved]), facets.take(there, axis=0))
+    found = []
+    for part, v, t, n in zip(parts, vertices, triangles, normals, strict=True):
+        kept = select(sound[part])
+        found.append(
+            Shape(
+                v,
+                t[kept],
+                facets[part][kept],
+                weights[part][kept],
+                extent[part][kept],
+                None if n is None else n[kept],
+                smooth[part][kept],
+                sound[part],
+            )
+        )
+    return found
+
+
+def _around(batch: Batch, center: Float64) -> Float32:
+    """(k nv, 3) vertices around the centre."""
     with np.errstate(invalid="ignore", over="ignore"):
-        vertices = (batch.vertices - center).astype(np.float32).reshape(-1, 3)
-    triangles = (_wound(mesh.triangles, batch) + first).reshape(-1, 3)
-    facets, weights, extent, sound = facets_of(vertices[triangles])
-    normals, smooth = None, np.zeros(len(triangles), bool)
-    if use_normals and mesh.normals is not None:
-        corners = _wound(mesh.corners, batch)
-        normals = _corner_normals(mesh.normals, batch.matrices, batch.handedness, corners).reshape(-1, 9)
-        smooth = _is_smooth(normals, facets)
-        normals = normals[sound]
-    each = triangles[sound], facets[sound], weights[sound], extent[sound], normals, smooth[sound]
-    return Shape(vertices, *each, sound)
+        rows = (batch.vertices - center[:, None, None]).astype(np.float32)
+    return np.ascontiguousarray(rows.reshape(3, -1).T)
+
+
+def _numbered(batch: Batch) -> Int32:
+    """(k nt, 3) triangles, whose vertices are those of `_around`."""
+    k = len(batch.instances)
+    first = (np.arange(k, dtype=np.int32) * np.int32(len(batch.mesh.vertices)))[:, None, None]
+    return (_wound(batch.mesh.triangles, batch) + first).reshape(-1, 3)
 
 
 def _wound(indices: Int32, batch: Batch) -> Int32:
@@ -132,21 +178,18 @@ def surface_of_triangles(batch: Batch) -> Int32:
     return worn[:, slots].reshape(-1)
 
 
-def _corner_normals(local: Float32, matrices: Float64, sign: Float64, corners: Int32) -> Float32:
-    """(k, nt, 3 corners, 3) unit world normals through the cofactor matrix, which exists for singular matrices too.
-
-    cofactor(M) = det(M) M^-T, so its sign makes up for mirroring.
-    """
-    m = matrices[:, :3, :3]
-    cofactor = np.stack([cross(m[:, (i + 1) % 3].T, m[:, (i + 2) % 3].T).T for i in range(3)], axis=1)
-    cofactor *= np.where(sign < 0, -1.0, 1.0)[:, None, None]
-    padded = np.zeros((len(m), 4, 4))
-    padded[:, :3, :3] = cofactor
+def _corner_normals(batch: Batch) -> Float32 | None:
+    """(k nt, 9) unit world normals of the three corners, through the cofactors: their sign makes up for mirroring."""
+    local, k = batch.mesh.normals, len(batch.instances)
+    if local is None:
+        return None
+    turned = batch.cofactors * np.where(batch.handedness < 0, -1.0, 1.0)[:, None, None]
     with np.errstate(all="ignore"):
-        world = _transform(local.astype(np.float64), padded)
-        world /= np.sqrt((world * world).sum(-1, keepdims=True))
-    instance = np.arange(len(m))[:, None, None]
-    return world.astype(np.float32)[instance, corners]
+        world = _transform(local.astype(np.float64), turned)
+        world /= np.sqrt(dot(world, world))
+    rows = np.ascontiguousarray(world.reshape(3, -1).T.astype(np.float32))
+    corners = _wound(batch.mesh.corners, batch) + (np.arange(k) * len(local))[:, None, None]
+    return rows.take(corners.reshape(-1), axis=0).reshape(-1, 9)
 
 
 def _is_smooth(normals: Float32, facets: Float64) -> Bools:
@@ -185,10 +228,7 @@ def _source(batch: Batch, key: str, corners: Int32) -> Float32 | None:
         return None
     if not key.startswith("tangent:"):
         return local[corners]
-    linear = batch.matrices.copy()
-    linear[:, :3, 3] = 0
-    world = np.concatenate(
-        [_transform(local[:, :3].astype(np.float64), linear), np.empty((len(linear), len(local), 1))], 2
-    )
+    world = np.empty((len(corners), len(local), 4), np.float32)
+    world[..., :3] = _transform(local[:, :3].astype(np.float64), batch.matrices[:, :3, :3]).transpose(1, 2, 0)
     world[..., 3] = local[:, 3] * np.where(batch.handedness < 0, -1, 1)[:, None]
-    return world.astype(np.float32)[np.arange(len(linear))[:, None, None], corners]
+    return world[np.arange(len(world))[:, None, None], corners]

@@ -21,7 +21,8 @@ from .batch import (
     batches_of,
     bounds_of_instances,
     corner_data_of,
-    shape_of,
+    Shape,
+    shapes_of,
     surface_of_triangles,
     visible,
 )
@@ -31,6 +32,9 @@ from .soup import Soup, join, no_triangles
 from .subdivide import split_large_triangles
 
 Bools = NDArray[np.bool_]
+
+TOGETHER = 1 << 14
+"""Triangles of small meshes that are made ready at once: they stay in a core's cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +99,8 @@ def flatten(scene: Scene, layouts: Layouts, use_normals: bool = True, kept: Kept
     batches = list(batches_of(scene))
     spheres, planes = [s for s in scene.spheres if visible(s)], [p for p in scene.planes if visible(p)]
     center = _center(scene, batches, spheres, kept)
-    parts = [_realise(b, center, layouts, use_normals, kept) for b in batches]
+    shapes = _shapes(batches, center, use_normals, kept)
+    parts = [_realise(batch, shape, layouts) for batch, shape in zip(batches, shapes, strict=True)]
     mesh = join(parts) if parts else no_triangles()
     balls = np.array([(*np.subtract(b.center, center), b.radius) for b in spheres if b.ray_traced]).reshape(-1, 4)
     mesh = split_large_triangles(mesh, balls)
@@ -134,12 +139,25 @@ def _box(batches: list[Batch], bounds: list[Float64], spheres: Sequence[Sphere],
     return np.array([low[known].min(axis=0), high[known].max(axis=0)]) if known.any() else np.zeros((0, 3))
 
 
-def _realise(batch: Batch, center: Float64, layouts: Layouts, use_normals: bool, kept: Kept) -> Soup:
+def _shapes(batches: list[Batch], center: Float64, use_normals: bool, kept: Kept) -> list[Shape]:
+    """Those of an earlier frame, and the others worked out: of small meshes some together."""
+    keys = [("shape", *batch.key, center.tobytes(), use_normals) for batch in batches]
+    made: dict[int, Shape] = {}
+    group: list[int] = []
+    held = 0
+    for number, batch in enumerate(batches):
+        if not kept.has(keys[number]):
+            group.append(number)
+            held += batch.size
+        if group and (held >= TOGETHER or number == len(batches) - 1):
+            made |= zip(group, shapes_of([batches[i] for i in group], center, use_normals), strict=True)
+            group, held = [], 0
+    return [kept.take(key, partial(made.__getitem__, i), batches[i].size) for i, key in enumerate(keys)]
+
+
+def _realise(batch: Batch, shape: Shape, layouts: Layouts) -> Soup:
     """Triangles of all instances of one mesh."""
-    k, nt = len(batch.instances), len(batch.mesh.triangles)
-    key = ("shape", *batch.key, center.tobytes(), use_normals)
-    shape = kept.take(key, partial(shape_of, batch, center, use_normals), k * nt)
-    sound, surface = shape.sound, surface_of_triangles(batch)
+    nt, sound, surface = len(batch.mesh.triangles), shape.sound, surface_of_triangles(batch)
     flags = np.array([_flags(i) for i in batch.instances], bool).T
     data = corner_data_of(batch, surface, layouts)
     return Soup(

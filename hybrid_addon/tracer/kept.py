@@ -69,6 +69,10 @@ class Kept:
         found: T = now[key]
         return found
 
+    def has(self, key: Hashable) -> bool:
+        """Whether `take` would find something."""
+        return self._is_open and any(key in meshes for meshes in self._meshes)
+
     def tree(self, vertices: Float32, triangles: Int32, ids: Int32 | None) -> TriangleScene:
         """A tree over these triangles (see `TriangleScene`), an old one if it has the same."""
         if not self._is_open:
