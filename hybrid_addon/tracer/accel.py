@@ -53,9 +53,11 @@ class TriangleScene:
         if self.size == 0:
             return
         self._scene = rtcore_scene.EmbreeScene(robust=True)
-        handed = (a.astype(object) if self.size <= READ_AS_OBJECTS else np.ascontiguousarray(a)
-                  for a in (vertices, triangles))  # fmt: skip
-        self._mesh = EmbreeMesh(self._scene, *handed)
+        if self.size <= READ_AS_OBJECTS:
+            numbers = np.arange(len(vertices)).astype(object)  # one object for each vertex, not for each corner
+            self._mesh = EmbreeMesh(self._scene, vertices.astype(object), numbers.take(triangles))
+        else:
+            self._mesh = EmbreeMesh(self._scene, np.ascontiguousarray(vertices), np.ascontiguousarray(triangles))
         self._commit()
 
     def _commit(self) -> None:

@@ -8,8 +8,10 @@ over latitude it is summed.
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..scene import Float32, Float64, Texture
 from .vectors import Array
@@ -26,12 +28,18 @@ def levels(roughness: Array) -> Array:
     return np.clip((roughness - BLUR_ROUGHNESS[0]) / step, 0, len(BLUR_ROUGHNESS) - 1)
 
 
-def blurred(environment: Texture, low: float = 0.0, high: float = 1.0) -> dict[int, Texture]:
-    """One equirectangular image for each level that roughnesses from `low` to `high` lie between."""
-    small = reduced(environment.pixels, BLUR_ROWS)[..., :3]
+def needed_levels(low: float, high: float) -> range:
+    """Those that roughnesses from `low` to `high` lie between."""
     first, last = levels(np.array([low, high]))
-    needed = range(min(int(first), len(BLUR_ROUGHNESS) - 2), min(int(last) + 2, len(BLUR_ROUGHNESS)))
-    return {i: Texture(f"{environment.name}, blurred", _lobe_sums(small, BLUR_ROUGHNESS[i])) for i in needed}
+    return range(min(int(first), len(BLUR_ROUGHNESS) - 2), min(int(last) + 2, len(BLUR_ROUGHNESS)))
+
+
+def blurred(environment: Texture, needed: Iterable[int] = range(len(BLUR_ROUGHNESS))) -> dict[int, Texture]:
+    """One equirectangular image for each of some levels."""
+    small = reduced(environment.pixels, BLUR_ROWS)[..., :3]
+    spectrum = np.fft.rfft(small * _areas(BLUR_ROWS)[:, None, None], axis=1).transpose(1, 0, 2)
+    sums = {i: _lobe_sums(np.ascontiguousarray(spectrum), BLUR_ROUGHNESS[i]) for i in needed}
+    return {i: Texture(f"{environment.name}, blurred", pixels) for i, pixels in sums.items()}
 
 
 def reduced(pixels: Float32, rows: int) -> Float64:
@@ -55,13 +63,14 @@ def _overlaps(fine: int, coarse: int) -> Float64:
     return np.maximum(np.minimum(high, end) - np.maximum(low, start), 0) * fine
 
 
-def _lobe_sums(image: Float64, roughness: float) -> Float32:
-    """(rows, 2 rows, 4): the image under the lobe, at each of its own directions."""
-    rows, columns = image.shape[:2]
+def _lobe_sums(spectrum: NDArray[np.complex128], roughness: float) -> Float32:
+    """(rows, 2 rows, 4): an image under the lobe, at each of its own directions, from its spectrum (k, rows, 3)."""
+    rows, columns = spectrum.shape[1], 2 * spectrum.shape[1]
     kernel, weight = _lobe(rows, roughness)
-    spectrum = np.fft.rfft(image * _areas(rows)[:, None, None], axis=1).transpose(1, 0, 2)
     result = np.ones((rows, columns, 4), np.float32)
-    total = np.fft.irfft(np.matmul(kernel, spectrum), columns, axis=0).transpose(1, 0, 2)
+    # Real times complex numbers, as pairs: numpy would make the kernel complex, too.
+    product = np.matmul(kernel, spectrum.view(np.float64)).view(np.complex128)
+    total = np.fft.irfft(product, columns, axis=0).transpose(1, 0, 2)
     result[..., :3] = np.maximum(total / weight[:, None, None], 0)
     return result
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Camera, Float32, Float64, Lens
-from .constants import WIDE_LENS
+from .constants import NEAR_MARGIN, WIDE_LENS
 from .sampler import Sampler, disk
 from .vectors import Array
 
@@ -67,6 +67,21 @@ def generate_rays(
     origin += foot
     origin -= (aim - start) * unit
     return origin.astype(np.float32), unit, (clip_end - start).astype(np.float32)
+
+
+def near_plane(camera: Camera, center: Float64) -> tuple[Float64, Float64]:
+    """Lowest and highest corner (3,) of a box around all places where rays start, but for those on the ball that holds
+    the scene (`generate_rays`): nothing is around these."""
+    axis_x, axis_y, axis_z, position = (np.asarray(camera.matrix_world, np.float64)[:3, i] for i in range(4))
+    left, right, bottom, top = camera.view_plane
+    size = camera.clip_start if camera.projection == "PERSP" else 1.0
+    corners = np.array([x * size * axis_x + y * size * axis_y for x in (left, right) for y in (bottom, top)])
+    corners += position - center - camera.clip_start * axis_z
+    slack = NEAR_MARGIN * (np.max(np.abs(corners)) + np.max(np.abs(position - center)))
+    if camera.lens is not None:
+        widest = camera.lens.radius * max(1.0, 1.0 / camera.lens.ratio)
+        slack += widest * max(1.0, camera.clip_start / camera.lens.focus_distance)
+    return corners.min(axis=0) - slack, corners.max(axis=0) + slack
 
 
 def project(

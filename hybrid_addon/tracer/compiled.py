@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..scene import Camera, Scene, Settings
 from .backing import Backing
+from .camera import near_plane
 from .kept import Kept
 from .lights import CompiledLight
 from .plan import Plan, prepare
@@ -118,7 +119,7 @@ class CompiledScene:
 
     def _note_kept(self) -> None:
         """What of an earlier frame could be used."""
-        what = {"triangles made ready": self._kept.triangles, "triangles in search trees": self._kept.trees}
+        what = self._kept.found
         found = [{"what": w, "why": "unchanged since the last frame", "count": n} for w, n in what.items() if n]
         self.plan.applies["unchanged"] = bool(found)
         self.plan.skipped.extend(found)
@@ -164,9 +165,14 @@ class CompiledScene:
         with self._lock:
             return self._set(self.geometry.camera & self.geometry.ray_traced)
 
+    @property
+    def camera_in_solid(self) -> bool:
+        """Whether the camera may be in a solid."""
+        return self.media.rows > 0 and self.media.meet(*near_plane(self.camera, self.geometry.center))
+
     def build_all(self) -> None:
         """Build now what is built when first asked for: a forked process cannot."""
         if self.plan.shadows and self.geometry.normals is not None:
             _ = self.geometry.heights
-        if self.media.rows:
+        if self.camera_in_solid:
             _ = self.solids

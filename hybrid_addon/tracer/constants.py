@@ -155,6 +155,9 @@ SPOT_BLEND_FLOOR = 1.0e-8
 REACH_MARGIN = 2.0**-16
 """A light is out of reach only if it is by this share of the coordinates: 128 ulp, more than its own rounding."""
 
+NEAR_MARGIN = 2.0**-16
+"""By this share of the coordinates the box around where rays start is larger: 128 ulp, more than their rounding."""
+
 FAR_AREA_RATIO = 64.0
 """An area light further away than so many half diagonals is a point to 2e-4; its edge sum would cancel in float32."""
 

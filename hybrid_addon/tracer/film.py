@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ..scene import Float32, Float64
 from .constants import FILTER_SIGMA
 from .sampler import hash32, r2
+from .vectors import as_slice, take
 
 Numbers = NDArray[np.intp]
 
@@ -133,9 +134,10 @@ class Grid:
         row, column = np.divmod(self.place[pixels].astype(np.intp), self.size[1])
         return self.corner[0] + column, self.corner[1] + row
 
-    def neighbours(self, pixels: Numbers, offset: tuple[int, int]) -> NDArray[np.int32]:
+    def neighbours(self, pixels: Numbers, offset: tuple[int, int]) -> Numbers:
         """The numbers (m,) of the pixels from which these (m,) are `offset` (dx, dy) away; -1 where none is traced."""
-        return self.number[self.place[pixels] - np.int32(offset[0] + offset[1] * self.size[1])]
+        place = take(self.place, as_slice(pixels)) - np.intp(offset[0] + offset[1] * self.size[1])
+        return self.number.take(place, mode="wrap").astype(np.intp)  # none is outside: "wrap" looks for none
 
     def beside(self, pixels: Numbers, offset: tuple[int, int]) -> NDArray[np.int32]:
         """The numbers (m,) of the pixels that are `offset` (dx, dy) away from these (m,), however far; -1 for none."""

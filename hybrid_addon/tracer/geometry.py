@@ -18,16 +18,16 @@ from ..scene import Float32, Float64, Instance, Int32, Plane, Scene, Sphere
 from .batch import (
     Batch,
     Layouts,
+    Shape,
     batches_of,
     bounds_of_instances,
     corner_data_of,
-    Shape,
     shapes_of,
     surface_of_triangles,
     visible,
 )
 from .constants import STEADY_SCENE
-from .kept import Kept
+from .kept import MADE_READY, Kept
 from .soup import Soup, join, no_triangles
 from .subdivide import split_large_triangles
 
@@ -67,8 +67,9 @@ class Geometry:
     def heights(self) -> Float32:
         """(nt, 3) n.v of the three corners v and their shading normals n."""
         assert self.normals is not None
-        corners = self.vertices.take(self.triangles, axis=0)
-        return np.einsum("ijk,ijk->ij", self.normals.reshape(corners.shape), corners)
+        products = self.vertices.take(self.triangles, axis=0).reshape(-1, 9)
+        products *= self.normals
+        return np.asarray(products[:, 0::3] + products[:, 1::3] + products[:, 2::3])
 
     @property
     def triangle_count(self) -> int:
@@ -152,7 +153,7 @@ def _shapes(batches: list[Batch], center: Float64, use_normals: bool, kept: Kept
         if group and (held >= TOGETHER or number == len(batches) - 1):
             made |= zip(group, shapes_of([batches[i] for i in group], center, use_normals), strict=True)
             group, held = [], 0
-    return [kept.take(key, partial(made.__getitem__, i), batches[i].size) for i, key in enumerate(keys)]
+    return [kept.take(key, partial(made.__getitem__, i), MADE_READY, batches[i].size) for i, key in enumerate(keys)]
 
 
 def _realise(batch: Batch, shape: Shape, layouts: Layouts) -> Soup:

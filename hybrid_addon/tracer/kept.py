@@ -1,8 +1,9 @@
-"""What one frame leaves for the next: meshes made ready and search trees, found again by what they hold.
+"""What one frame leaves for the next: meshes made ready, search trees and the world, found again by what they hold.
 
 Nobody has to say what has changed. A mesh made ready is found by the mesh, the places of its instances and the scene's
-centre, a tree by its very vertices and triangles. So what is found is, bit for bit, what would have been made; a frame
-that is edited, undone or jumped to finds what it can and makes the rest.
+centre, a tree by its very vertices and triangles, a world by all that it is made of (`key_of`). So what is found is,
+bit for bit, what would have been made; a frame that is edited, undone or jumped to finds what it can and makes the
+rest.
 
     kept = Kept()
     trace(scene, settings, mask, kept=kept)      # again and again
@@ -11,8 +12,12 @@ that is edited, undone or jumped to finds what it can and makes the rest.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Hashable
+from collections import Counter
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import fields, is_dataclass
 from typing import Any, TypeVar
+
+import numpy as np
 
 from ..scene import Float32, Int32
 from .accel import TriangleScene
@@ -21,16 +26,48 @@ from .constants import MAX_KEPT_TRIANGLES
 T = TypeVar("T")
 
 
+MADE_READY, IN_TREES = "triangles made ready", "triangles in search trees"
+
+LARGEST_VALUE = 64
+"""Numbers of an array up to which it is found by them; a larger one is found if it is the same object."""
+
+
+class _Same:
+    """Stands for one array, whatever it holds: arrays are not written to once they are part of a scene."""
+
+    def __init__(self, array: Any) -> None:
+        self.array = array
+
+    def __hash__(self) -> int:
+        return id(self.array)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and other.array is self.array
+
+
+def key_of(value: Any) -> Hashable:
+    """What a part of a scene is found again by: all that it is made of, large arrays as the objects that they are."""
+    if isinstance(value, np.ndarray):
+        small = value.size <= LARGEST_VALUE and not value.dtype.hasobject
+        return (value.shape, value.dtype.str, value.tobytes()) if small else _Same(value)
+    if is_dataclass(value) and not isinstance(value, type):
+        return (type(value), *(key_of(getattr(value, field.name)) for field in fields(value)))
+    if isinstance(value, Mapping):
+        return tuple((key_of(key), key_of(item)) for key, item in value.items())
+    if isinstance(value, (tuple, list)):
+        return tuple(key_of(item) for item in value)
+    return value if isinstance(value, Hashable) else _Same(value)
+
+
 class Kept:
     """Of the last frame, and of the one in work. A frame with more triangles than `limit` leaves nothing.
 
-    triangles, trees : of the frame in work, how many triangles were made ready, and how many stand in trees that were
-                       built, in an earlier frame.
+    found : of the frame in work, how many of what were made in an earlier one.
     """
 
     def __init__(self, limit: int = MAX_KEPT_TRIANGLES) -> None:
         self.limit = limit
-        self.triangles = self.trees = 0
+        self.found: Counter[str] = Counter()
         self._is_open = False
         self._lock = threading.Lock()
         self.forget()
@@ -38,32 +75,33 @@ class Kept:
     def forget(self) -> None:
         """Let go of everything."""
         with self._lock:
-            self._meshes: tuple[dict[Hashable, Any], dict[Hashable, Any]] = ({}, {})  # of the last frame, of this one
+            self._things: tuple[dict[Hashable, Any], dict[Hashable, Any]] = ({}, {})  # of the last frame, of this one
             self._trees: tuple[list[TriangleScene], list[TriangleScene]] = ([], [])
 
     def begin(self, triangles: int) -> None:
         """A frame of so many triangles begins."""
         self._is_open = triangles <= self.limit
-        self.triangles = self.trees = 0
+        self.found.clear()
         if not self._is_open:
             self.forget()
         with self._lock:
-            self._meshes, self._trees = (self._meshes[1], {}), (self._trees[1], [])
+            self._things, self._trees = (self._things[1], {}), (self._trees[1], [])
 
     def end(self) -> None:
         """It is finished: what it did not ask for goes."""
         with self._lock:
-            self._meshes, self._trees = ({}, self._meshes[1]), ([], self._trees[1])
+            self._things, self._trees = ({}, self._things[1]), ([], self._trees[1])
 
-    def take(self, key: Hashable, make: Callable[[], T], triangles: int = 0) -> T:
-        """What the last frame made under this key, else what `make` makes; `triangles` of it are counted."""
+    def take(self, key: Hashable, make: Callable[[], T], what: str = "", count: int = 1) -> T:
+        """What the last frame made under this key, counted as so many of `what`; else what `make` makes."""
         if not self._is_open:
             return make()
         with self._lock:
-            before, now = self._meshes
+            before, now = self._things
             if key in before and key not in now:
                 now[key] = before[key]
-                self.triangles += triangles
+                if what:
+                    self.found[what] += count
         if key not in now:
             now[key] = make()
         found: T = now[key]
@@ -71,7 +109,7 @@ class Kept:
 
     def has(self, key: Hashable) -> bool:
         """Whether `take` would find something."""
-        return self._is_open and any(key in meshes for meshes in self._meshes)
+        return self._is_open and any(key in things for things in self._things)
 
     def tree(self, vertices: Float32, triangles: Int32, ids: Int32 | None) -> TriangleScene:
         """A tree over these triangles (see `TriangleScene`), an old one if it has the same."""
@@ -82,7 +120,7 @@ class Kept:
             new = next((tree for tree in now if tree.holds(vertices, triangles)), None)
             old = None if new else next((tree for tree in before if tree.holds(vertices, triangles)), None)
         if old is not None:
-            self.trees += old.size
+            self.found[IN_TREES] += old.size
         found = new or old
         tree = TriangleScene(vertices, triangles, ids) if found is None else found.called(ids)
         with self._lock:

@@ -80,6 +80,10 @@ class Media:
         """(rows, n): n rays in vacuum."""
         return np.full((self.rows, n), self.count, np.int32)
 
+    def meet(self, low: Float64, high: Float64) -> bool:
+        """Whether the bounds of any solid meet the box from `low` to `high` (3,)."""
+        return bool(((self.low <= high) & (self.high >= low)).all(axis=1).any())
+
     def bounded_by(self, members: Bools) -> Bools:
         """Which solids (count + 1,) are those that the primitives `members` (np,) bound; never vacuum."""
         found = np.zeros(self.count + 1, bool)
@@ -166,7 +170,7 @@ class Media:
         sound = flatnonzero(traceable(origin, direction))
         start = origin[:, sound].astype(np.float64)
         low, high = start.min(axis=1, initial=np.inf), start.max(axis=1, initial=-np.inf)
-        if not ((self.low <= high) & (self.high >= low)).all(axis=1).any():
+        if not self.meet(low, high):
             return stack
         ray, solid, sign = self._crossings(origin[:, sound], -direction[:, sound], solids(), tally)
         ray = sound[ray]

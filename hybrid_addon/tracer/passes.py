@@ -235,6 +235,7 @@ class Passes:
         branched = not BRANCHES.keys().isdisjoint(wanted_parts(self.settings))
         number = -(-len(pixels) * count // self.settings.chunk)
         size = -(-len(pixels) // min(number, len(pixels)))
+        in_solid = self.scene.camera_in_solid
         for start in range(0, len(pixels), size):
             x, y = self.grid.at(pixels[start : start + size])
             sample = np.arange(start * count, (start + len(x)) * count)
@@ -243,7 +244,9 @@ class Passes:
             origin, direction, t_max = generate_rays(
                 camera, film_x, film_y, geometry.center, geometry.bounds_radius(), on_lens
             )
-            media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, tally)
+            media = self.scene.media.empty(len(sample))
+            if in_solid:
+                media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, tally)
             tally.add("camera", len(sample))
             begun += len(sample)
             yield camera_rays(origin, direction, t_max, sample, media, signed, branched)

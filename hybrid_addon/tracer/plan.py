@@ -8,15 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import RGB, Camera, Expression, Lens, Scene, Settings, Texture
+from ..scene import RGB, Camera, Expression, Lens, Scene, Settings, Texture, World
 from .backing import backable
 from .geometry import Geometry, flatten
-from .kept import Kept
+from .kept import Kept, key_of
 from .lights import CompiledLight, compile_lights
 from .media import Media
 from .prunings import BY_NAME, PRUNINGS
@@ -129,11 +130,12 @@ def prepare(scene: Scene, settings: Settings, kept: Kept | None = None) -> Prepa
     if unknown:
         raise ValueError(f"settings: no pruning is called {unknown[0]!r}")
     notes = _Notes(settings.keep)
-    scene, texels = with_finite_texels(scene)
+    kept = Kept(0) if kept is None else kept
+    scene, texels = with_finite_texels(scene, kept)
     if texels:
         notes.skipped.append({"what": "texels", "why": "not finite: black", "count": texels})
     scene = _with_images(scene, notes)
-    surfaces, world = compile_surfaces(scene.surfaces), CompiledWorld(scene.world)
+    surfaces, world = compile_surfaces(scene.surfaces), _world(scene.world, kept)
     layouts = [layout(s) for s in surfaces.surfaces]
     geometry, media = find_solids(scene, flatten(scene, layouts, kept=kept), surfaces)
     if media.rows == 0 and not notes.spare("media", True, "no closed body transmits"):
@@ -156,6 +158,12 @@ def prepare(scene: Scene, settings: Settings, kept: Kept | None = None) -> Prepa
     if camera.lens is None and not notes.spare("depth-of-field", True):
         camera = replace(camera, lens=Lens(0.0, 1.0))
     return Prepared(camera, geometry, media, surfaces, world, lights, plan)
+
+
+def _world(world: World, kept: Kept) -> CompiledWorld:
+    """What is the same all around is worked out in no time: nobody needs to hear that it was kept."""
+    varies = world.environment is not None or isinstance(world.radiance, Expression)
+    return kept.take(("world", key_of(world)), partial(CompiledWorld, world), "world" if varies else "")
 
 
 def _with_images(scene: Scene, notes: _Notes) -> Scene:

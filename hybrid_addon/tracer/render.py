@@ -28,7 +28,7 @@ __all__ = ["Cancelled", "Progress", "trace", "trace_compiled"]
 
 DEFAULTS = Settings()
 BAND = 1 << 16
-"""Pixels that are developed at once: what is only needed meanwhile stays small in large pictures."""
+"""Pixels that are developed at once, at most: what is only needed meanwhile stays small in large pictures."""
 
 PHASES = ("build", "intersect", "occluded", "shade", "develop")
 
@@ -183,8 +183,11 @@ class _Frame:
         uncovered = np.zeros(len(self.grid), bool)
         uncovered[found] = True
 
+        threads = workers(self.settings)
+        size = max(-(-len(self.grid) // (-(-len(self.grid) // (threads * BAND)) * threads or 1)), 1)  # even bands
+
         def develop(start: int) -> tuple[int, int]:
-            band = start + np.flatnonzero(self.grid.window[start : start + BAND] >= 0)
+            band = start + np.flatnonzero(self.grid.window[start : start + size] >= 0)
             with np.errstate(all="ignore"):
                 light, lost, light_passes, covered = self.total.developed(band)
                 failed = ~np.isfinite(light).all(axis=0) | ~np.isfinite(lost)
@@ -203,8 +206,8 @@ class _Frame:
             wanted[place] = True
             return int(np.count_nonzero(failed)), negative
 
-        with ThreadPoolExecutor(workers(self.settings)) as pool:
-            for failed, negative in pool.map(develop, range(0, len(self.grid), BAND)):
+        with ThreadPoolExecutor(threads) as pool:
+            for failed, negative in pool.map(develop, range(0, len(self.grid), size)):
                 self.tally.add("nan_pixels", failed)
                 self.tally.add("negative_radiance", negative)
         shape = (self.height, self.width)

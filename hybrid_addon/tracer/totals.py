@@ -235,7 +235,9 @@ class Totals:
         for plane, (source, taken) in zip(self.given, sources, strict=True):
             share = shares.take(taken)
             for row, values in zip(result, plane[rows], strict=True):
-                row += take(values, source) * share
+                # All numbers of pixels are valid: "wrap" need not look for others.
+                given = values[source] if isinstance(source, slice) else values.take(source, mode="wrap")
+                row += given * share
         return result
 
     def _all_seen(self, sources: list[Source]) -> Float64:

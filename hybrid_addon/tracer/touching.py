@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Float64
+from ..scene import Float32, Float64
 from .constants import NEIGHBOUR_SWELLING, SWELLING, TOUCH_PAIRS
 from .geometry import Geometry
 from .soup import corner_bounds
@@ -50,16 +50,19 @@ def primitives_of(bodies: Bodies) -> Numbers:
 
 @dataclass(eq=False)
 class _Boxes:
-    """Boxes low, high (p, 3) of primitives, with room for what touches them, and of each BLOCK of them in a row."""
+    """Boxes low, high (p, 3) of primitives, with room for what touches them, margin (p,), and of each BLOCK of them in
+    a row."""
 
-    low: Float64
-    high: Float64
+    low: Float32
+    high: Float32
+    margin: Float64
 
     def __post_init__(self) -> None:
         self.starts = np.arange(0, len(self.low), BLOCK)
         if len(self.low):
-            self.lowest = np.minimum.reduceat(self.low, self.starts, axis=0)
-            self.highest = np.maximum.reduceat(self.high, self.starts, axis=0)
+            most = np.maximum.reduceat(self.margin, self.starts)[:, None]
+            self.lowest = np.minimum.reduceat(self.low, self.starts, axis=0) - most
+            self.highest = np.maximum.reduceat(self.high, self.starts, axis=0) + most
 
     def near(self, bottom: Float64, top: Float64) -> list[Numbers]:
         """The primitives whose boxes meet the box (bottom, top), block by block."""
@@ -69,7 +72,8 @@ class _Boxes:
         found = []
         for start in self.starts[blocks].tolist():
             part = slice(start, start + BLOCK)
-            found.append(start + np.flatnonzero(((self.low[part] <= top) & (self.high[part] >= bottom)).all(axis=1)))
+            low, high, margin = self.low[part], self.high[part], self.margin[part, None]
+            found.append(start + np.flatnonzero(((low - margin <= top) & (high + margin >= bottom)).all(axis=1)))
         return [some for some in found if len(some)]
 
 
@@ -82,12 +86,10 @@ def neighbour_extent(g: Geometry, solids: Bodies) -> Float64:
     triangles = others[others < g.triangle_count]
     extent = g.extent[others].astype(np.float64)
     margin = NEIGHBOUR_SWELLING * extent
-    low, high = np.full((2, len(others), 3), np.inf)
-    low = -low
-    lowest, highest = corner_bounds(g.vertices, g.triangles[triangles])
-    low[: len(triangles)] = lowest - margin[: len(triangles), None]
-    high[: len(triangles)] = highest + margin[: len(triangles), None]
-    boxes, result = _Boxes(low, high), np.zeros(len(solids.first))
+    low, high = corner_bounds(g.vertices, g.triangles[triangles])
+    everywhere = np.full((len(others) - len(triangles), 3), np.inf, np.float32)  # where planes are
+    low, high = np.concatenate([low, -everywhere]), np.concatenate([high, everywhere])
+    boxes, result = _Boxes(low, high, margin), np.zeros(len(solids.first))
     for i in range(len(result)):
         own = SWELLING * float(solids.extent[i])
         points = _points(g, solids, i)

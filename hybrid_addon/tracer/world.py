@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64, SunLight, Texture, World
-from .blur import BLUR_ROUGHNESS, blurred, levels
+from .blur import BLUR_ROUGHNESS, blurred, levels, needed_levels
 from .sky import Sky
 from .textures import equirect_coordinates, lookup
 from .vectors import add, count, flatnonzero, select, take, write
@@ -31,7 +31,7 @@ class CompiledWorld:
         self.suns: list[SunLight] = []
         self._mean: Float64 = sky.factor.astype(np.float64)
         self._linear: Float64 | None = None
-        self._blurred: dict[int, Texture] | None = None
+        self._blurred: dict[int, Texture] = {}
         if not sky.uniform:
             sums = sky.sums()
             mean, vector = sums.radiance / (4 * np.pi), sums.toward / (4 * np.pi)
@@ -58,7 +58,7 @@ class CompiledWorld:
 
     def glossy(self, direction: Float32, roughness: Float32) -> Float32:
         """Radiance (3, n) from around directions (3, n), as a lobe of that roughness (n,) sees it."""
-        if self._blurred is None:
+        if self._sky.uniform:
             return self._sky.factor
         u, v = equirect_coordinates(self._sky.turned(direction))
         level = levels(roughness)
@@ -74,8 +74,9 @@ class CompiledWorld:
 
     def prepare_glossy(self, low: float, high: float) -> None:
         """Blur the environment for `glossy` of roughnesses from `low` to `high`."""
-        if not self._sky.uniform:
-            self._blurred = blurred(self._sky.as_seen(), low, high)
+        missing = [] if self._sky.uniform else [i for i in needed_levels(low, high) if i not in self._blurred]
+        if missing:
+            self._blurred |= blurred(self._sky.as_seen(), missing)
 
     def irradiance_over_pi(self, normal: Float32) -> Float32:
         """E / pi, (3, n) or (3, 1), on surfaces of normal (3, n): what a white diffuse surface sends on."""

@@ -5,25 +5,43 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hybrid_addon.scene import PointLight, Scene, Settings, Visibility, World
+from hybrid_addon.scene import (
+    Expression,
+    PointLight,
+    Scene,
+    Settings,
+    Surface,
+    Texture,
+    Visibility,
+    World,
+    WorldSun,
+)
 from hybrid_addon.tracer import Kept, accel, trace, trees
 from hybrid_addon.tracer.geometry import flatten
+from hybrid_addon.tracer.kept import key_of
+from hybrid_addon.tracer.world import CompiledWorld
 
 SETTINGS = Settings(samples=2, threads=1, max_depth=4)
 LAMP = PointLight("p", (1, -2, 4), (20, 20, 20))
+ROUGH = Surface("rough", layered=True, specular=(0.04, 0.04, 0.04), roughness=0.6, reflectivity=0.0)
+SKY = Texture("sky", np.random.default_rng(3).random((16, 32, 4), np.float32))
 
 
 def start(build) -> Scene:
-    """A glass ball and a mirror on a floor, beside a box; the box is likely to move."""
+    """A glass ball and a mirror on a floor, beside a rough box under a sky; the box is likely to move."""
     floor = build.quad([(-9, -9, -1), (9, -9, -1), (9, 9, -1), (-9, 9, -1)])
     return build.scene(
         (build.icosphere(2, 0.8, smooth=True), build.glass()),
         (build.box((1, -1, -1), (2, 0.3, 1)), build.mirror(0.5)),
         (floor, build.matte(), {"ray_traced": False}),
-        (build.box((-2, 0, -1), (-1, 1, 0)), build.matte(), {"ray_traced": False, "moves": True}),
+        (build.box((-2, 0, -1), (-1, 1, 0)), ROUGH, {"ray_traced": False, "moves": True}),
         lights=(LAMP,),
-        world=World((0.2, 0.3, 0.4)),
+        world=World((0.2, 0.3, 0.4), SKY, sun=WorldSun(0.35)),
     )
+
+
+def with_world(scene: Scene, **changes) -> Scene:
+    return replace(scene, world=replace(scene.world, **changes))
 
 
 def with_instance(scene: Scene, number: int, **changes) -> Scene:
@@ -52,6 +70,10 @@ def recoloured(scene: Scene) -> Scene:
     return replace(scene, surfaces=surfaces)
 
 
+def rougher(scene: Scene) -> Scene:
+    return replace(scene, surfaces=tuple(replace(s, roughness=0.9) if s is ROUGH else s for s in scene.surfaces))
+
+
 CHANGES = {
     "nothing": lambda s: s,
     "what moves moved": lambda s: moved(s, 3, 0.1),
@@ -64,6 +86,12 @@ CHANGES = {
     "a flag gone": lambda s: with_instance(s, 1, ray_traced=False),
     "hidden from the camera": lambda s: with_instance(s, 1, visibility=Visibility(camera=False)),
     "another camera": lambda s: replace(s, camera=replace(s.camera, view_plane=(-0.4, 0.6, -0.4, 0.6))),
+    "the sky is turned": lambda s: with_world(s, rotation=np.eye(3)[[1, 0, 2]] * ((1,), (-1,), (1,))),
+    "the sky is brighter": lambda s: with_world(s, radiance=(0.2, 0.5, 0.4)),
+    "another sky": lambda s: with_world(s, environment=replace(SKY, pixels=SKY.pixels[::-1])),
+    "a backdrop": lambda s: with_world(s, backdrop=World((1, 0, 1))),
+    "another sun": lambda s: with_world(s, sun=WorldSun(0.3, 0.2)),
+    "a rougher surface": rougher,
     "a light moved": lambda s: replace(s, lights=(replace(LAMP, position=(3, 2, 4)),)),
 }  # fmt: skip
 
@@ -110,6 +138,32 @@ def test_only_what_moved_is_made_ready_and_built(build, divided, monkeypatch):
     assert found(film)["triangles made ready"] == everything and not any(built)
 
 
+def test_an_unchanged_world_is_kept(build, monkeypatch):
+    kept, scene = Kept(), start(build)
+    trace(scene, SETTINGS, kept=kept)
+    made, init = [], CompiledWorld.__init__
+    monkeypatch.setattr(CompiledWorld, "__init__", lambda self, *a: (made.append(1), init(self, *a))[1])
+    sky = replace(SKY, uv_transform=SKY.uv_transform.copy())  # as a new frame has: the picture itself is kept
+    film = trace(with_world(scene, environment=sky, rotation=np.eye(3)), SETTINGS, kept=kept)
+    assert found(film)["world"] == 1 and not made
+    trace(with_world(scene, environment=replace(SKY, pixels=SKY.pixels.copy())), SETTINGS, kept=kept)
+    assert made
+
+
+def test_a_key_tells_what_differs():
+    one, other = World((1, 1, 1), SKY), World((1, 1, 1), replace(SKY, tiles={}))
+    assert key_of(one) == key_of(other) and hash(key_of(one)) == hash(key_of(other))
+    for changed in (
+        World((1, 1, 2), SKY),
+        World((1, 1, 1), replace(SKY, extension="CLIP")),
+        World((1, 1, 1), replace(SKY, pixels=SKY.pixels.copy())),
+        World(Expression("image", (), SKY)),
+        World((1, 1, 1), SKY, np.eye(3)[::-1]),
+    ):
+        assert key_of(changed) != key_of(one)
+    assert key_of(World(Expression("image", (), SKY))) == key_of(World(Expression("image", (), SKY)))
+
+
 def test_a_first_frame_finds_nothing(build):
     film = trace(start(build), SETTINGS, kept=Kept())
     assert not found(film) and not film.plan[2]["applies"]
@@ -154,8 +208,8 @@ def test_what_is_kept_is_bounded_and_goes(build):
     kept = Kept()
     for x in range(4):
         trace(moved(scene, 3, x), SETTINGS, kept=kept)
-    shapes = [key for key in kept._meshes[1] if key[0] == "shape"]
-    assert len(shapes) == len(scene.instances) and not kept._meshes[0] and not kept._trees[0]
+    shapes = [key for key in kept._things[1] if key[0] == "shape"]
+    assert len(shapes) == len(scene.instances) and not kept._things[0] and not kept._trees[0]
     kept.forget()
     assert not found(trace(scene, SETTINGS, kept=kept))
 

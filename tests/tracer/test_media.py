@@ -8,6 +8,7 @@ import pytest
 
 from hybrid_addon.scene import PointLight, Settings, Sphere, SunLight, World
 from hybrid_addon.tracer import plan, touching, trace
+from hybrid_addon.tracer.compiled import CompiledScene
 from hybrid_addon.tracer.geometry import flatten
 from hybrid_addon.tracer.solids import is_closed
 
@@ -370,3 +371,15 @@ def test_no_light_slips_between_a_glass_and_the_wall_that_it_touches(build, gap)
     film = picture(build.scene((wall, matte), (pane, glass), (ceiling, matte), lights=[behind], camera=cam))
     assert film.rays["shadow_steps"] > film.rays["shadow"] > 0  # they do go through the pane
     np.testing.assert_array_equal(film.radiance, 0)
+
+
+# ------------------------------------------------------------------------------------------------ around the camera
+
+
+@pytest.mark.parametrize(("height", "inside"), [(5.0, False), (0.6, True)])
+def test_solids_are_asked_for_only_where_the_camera_may_be_in_one(build, height, inside):
+    """A forked process cannot build their tree: it is there before, or nobody asks."""
+    ball = build.icosphere(2, 0.8, smooth=True), build.glass()
+    scene = CompiledScene(build.scene(ball, camera=build.camera((0, 0, height), (0, 0, 0), (0, 1, 0))), Settings())
+    scene.build_all()
+    assert ("solids" in vars(scene)) == inside

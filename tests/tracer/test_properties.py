@@ -10,7 +10,7 @@ from hybrid_addon import compositor, expressions
 from hybrid_addon.scene import Camera, Lens
 from hybrid_addon.stability.build import make_scene, matte, mesh, rotation
 from hybrid_addon.tracer.accel import traceable
-from hybrid_addon.tracer.camera import generate_rays, project, spread_on_lens
+from hybrid_addon.tracer.camera import generate_rays, near_plane, project, spread_on_lens
 from hybrid_addon.tracer.geometry import flatten
 from hybrid_addon.tracer.lights import form_factor, range_window
 from hybrid_addon.tracer.media import relative_ior, transmittance
@@ -207,6 +207,7 @@ def test_a_basis_is_orthonormal_and_right_handed(seed):
 @fast
 @given(seeds, st.sampled_from(["PERSP", "ORTHO"]), st.floats(-3, 2), st.floats(-10, 10), st.booleans())
 def test_what_a_ray_passes_is_projected_where_it_came_from(seed, projection, wide, shift, blurred):
+    """And where it starts, the box of such places holds."""
     rng, half = np.random.default_rng(seed), 10.0**wide
     center = 0.2 * shift * half
     plane = (center - half, center + half, -half * 0.7, half * 0.7)
@@ -218,6 +219,8 @@ def test_what_a_ray_passes_is_projected_where_it_came_from(seed, projection, wid
     on_lens = None if lens is None else spread_on_lens(lens, rng.random(32), rng.random(32))
     # A scene around the camera, so that rays start at the clip plane.
     origin, d, t_max = generate_rays(camera, x, y, matrix[:3, 3], 1e6, on_lens)
+    low, high = near_plane(camera, matrix[:3, 3])
+    assert (low[:, None] <= origin).all() and (origin <= high[:, None]).all()
     along = np.minimum(rng.uniform(0.5, 4, 32), t_max)
     point = origin.astype(float) + along * d + matrix[:3, 3:]
     again = project(camera, point, on_lens)
