@@ -73,25 +73,29 @@ def _trace(
 ) -> list[Float32]:
     """Radiance (3, m) of the wanted pixels (h, w) in both views, with the same samples: all that there is time for."""
     samples, began = scene.settings.samples, time.perf_counter()
-    tracers = [Passes(view, None, wanted) for view in views]
-    both = [(passes, Totals.zeros(passes.grid, passes.filter, False, shared=passes.forks)) for passes in tracers]
-    pixels = np.arange(len(tracers[0].grid))
-    taken, count = 0, samples if deadline == math.inf else 1
-    while taken < samples:
-        for number, (passes, totals) in enumerate(both):
-            # Samples that see a flagged object do not count: the raster shows none there.
-            work = Pass(taken, count, scene.seen_by_camera, samples > 1)
-            span = [(taken + count * (number + end) / 2) / samples for end in (0, 1)]
-            passes.progress = _told(report)
-            passes.run(pixels, work, totals, (span[0], span[1]))
-        taken += count
-        count = min(taken, samples - taken)
-        if time.perf_counter() - began > BUDGET_SHARE * (deadline - began):
-            break
-    for passes, _ in both:
-        tally.merge(passes.tally)
-    inside = tracers[0].grid.inside()
-    return [totals.mean(inside) for _, totals in both]
+    both = [Passes(view, _told(report), wanted) for view in views]
+    for passes in both:
+        passes.totals = Totals.zeros(passes.grid, passes.filter, False, zeros=passes.crew.zeros)
+    pixels = np.arange(len(both[0].grid))
+    taken, count, done = 0, samples if deadline == math.inf else 1, False
+    try:
+        while taken < samples:
+            for number, passes in enumerate(both):
+                # Samples that see a flagged object do not count: the raster shows none there.
+                work = Pass(taken, count, scene.seen_by_camera, samples > 1)
+                span = [(taken + count * (number + end) / 2) / samples for end in (0, 1)]
+                passes.run(pixels, work, (span[0], span[1]))
+            taken += count
+            count = min(taken, samples - taken)
+            if time.perf_counter() - began > BUDGET_SHARE * (deadline - began):
+                break
+        done = True
+    finally:
+        for passes in both:
+            passes.end(kill=not done)
+            tally.merge(passes.tally)
+    inside = both[0].grid.inside()
+    return [passes.totals.mean(inside) for passes in both]
 
 
 def _told(report: Callable[[float], None]) -> Callable[[float], bool]:

@@ -10,20 +10,17 @@ from __future__ import annotations
 
 import math
 import os
-import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Settings
 from .camera import generate_rays, points_on_lens
 from .compiled import CompiledScene
+from .crew import FEWEST, Crew, Job, workers
 from .film import Grid, PixelFilter
-from .forks import AVAILABLE, FEWEST, WORTH_IT, Forks, Work, shared_zeros
 from .primitives import PrimitiveSet
 from .rays import Rays, camera_rays
 from .sampler import Sampler, pixel_keys
@@ -35,11 +32,9 @@ from .whitted import trace_rays
 
 Progress = Callable[[float], bool]
 Pixels = NDArray[np.intp]
-Finished = Callable[[Tally], None]
-Watch = Callable[[], None]
 
-POLL_SECONDS = 0.1
-"""How often the caller hears of progress, and may cancel."""
+WORTH_IT = 1 << 15
+"""Camera rays, below which starting processes, some milliseconds each, and copying what they touch cost too much."""
 
 LONGEST_PORTION = 1 << 20
 """Camera rays of a portion: the sums of their samples take 80 bytes each, and share 64 bits with their budgets."""
@@ -62,24 +57,17 @@ PORTIONS, EVEN_PORTION = 4, 1 << 17
 """For each of many processes, and of so many camera rays: the slowest decides, and of 16 equal portions one takes half
 as long again as another. Few processes are even, and lose more to the short waves at the end of each portion."""
 
+MANY = 4
+"""Processes that are more than a few."""
+
 TURN = 0.618
 """Of the portions, by how much each deal is turned against the last."""
-
-MOST_THREADS = 4
-"""At once, where there are no processes: more wait for the interpreter lock. On 16 cores 16 threads take 1.3 to 1.7
-times as long as four, in a deep scene as long as one."""
-
-SLOW_START = 10.0
-"""Seconds after which a forked process that has not begun its portion never will: it may wait for something that
-another thread held when it was forked."""
 
 RUNS = 32
 """For each portion: from so many places of the picture at least."""
 
-
-def workers(settings: Settings) -> int:
-    """How many threads work at once."""
-    return min(settings.threads or os.cpu_count() or 1, MOST_THREADS)
+DEVELOP = -1
+"""The kind of a job that takes no samples."""
 
 
 class Cancelled(Exception):
@@ -107,100 +95,107 @@ class Pass:
 
 
 class Passes:
-    """Runs passes over pixels of a window: all of them, or those `wanted` (h, w).
+    """Runs passes over pixels of a window: all of them, or those `wanted` (h, w). To be ended with `end`.
 
     filter, grid : what samples count for, and the pixels that are traced.
+    totals       : what the passes add to, set by whoever begins.
+    develop      : what turns totals of pixels `start` to `stop` into a picture, likewise.
+    crew         : who does the work. On its board lie the numbers of the pixels of the pass, portion by portion.
     """
+
+    totals: Totals
+    develop: Callable[[int, int], Tally]
 
     def __init__(self, scene: CompiledScene, progress: Progress | None, wanted: NDArray[np.bool_] | None) -> None:
         self.scene, self.settings = scene, scene.settings
         self.filter = PixelFilter(self.settings.filter_radius, self.settings.seed, self.settings.samples > 1)
         self.grid = Grid.of(scene.camera.window, scene.camera.resolution, wanted, self.filter.reach)
         self.tally = Tally()
-        self.stop = threading.Event()
         self.progress = progress
         self.speed = 0.0  # camera rays a second of each thread or process, in the last pass
-        self.forks = self.settings.processes and AVAILABLE
+        self.crew = Crew(self.settings, self._do)
         self.identity = identities(scene.geometry) if scene.settings.adaptive > 0 else None
+        self._board = self.crew.zeros((len(self.grid),), np.int32)
+        self._seen: list[PrimitiveSet] = []
 
-    def run(
-        self,
-        pixels: Pixels,
-        work: Pass,
-        totals: Totals,
-        progress: tuple[float, float],
-        deadline: float = math.inf,
-    ) -> bool:
+    def run(self, pixels: Pixels, work: Pass, progress: tuple[float, float], deadline: float = math.inf) -> bool:
         """Work through pixels in portions; whether all were done before the deadline, on time.perf_counter's clock.
 
         progress : the fractions done before and after this pass.
         """
         threads = self.settings.threads or os.cpu_count() or 1
         n = len(pixels) * work.count
-        forked = totals.shared and threads >= FEWEST and n >= WORTH_IT
+        forked = self.crew.forks and threads >= FEWEST and (n >= WORTH_IT or self.crew.has_processes)
         threads = threads if forked else workers(self.settings)
         longest = LONGEST_PORTION
         if deadline < math.inf:
             at_risk = SHARE_AT_RISK * max(deadline - time.perf_counter(), 0.0)
             longest = int(min(max(at_risk * self.speed, SHORT_PORTION), LONGEST_PORTION))
         portions = _portions(pixels, work.count, threads, longest, SMALLEST_PORTION if forked else FOR_A_THREAD)
+        jobs = self._jobs(portions, work, deadline)
         done, until = progress
-        begun = shared_zeros((max(len(portions), 1),), np.int64)  # samples of each portion
-
-        def trace(portion: int) -> tuple[Tally, bool]:
-            return self._trace_portion(portions[portion], work, totals, deadline, begun[portion : portion + 1])
 
         def watch() -> None:
-            self.report(done + (until - done) * int(begun.sum()) / max(n, 1))
+            self.report(done + (until - done) * self.crew.so_far() / max(n, 1))
 
-        left, in_time, began = list(range(len(portions))), True, time.perf_counter()
         if forked:
             self.scene.build_all()
-            left, in_time = _over_processes(min(threads, len(portions)), trace, begun, self.tally.merge, watch)
-        in_time = self._over_threads(workers(self.settings), trace, left, self.tally.merge, watch) and in_time
+        began = time.perf_counter()
+        in_time = self.crew.run(jobs, forked, self.tally.merge, watch)
         at_once = max(min(threads, len(portions)), 1)
-        self.speed = int(begun.sum()) / max((time.perf_counter() - began) * at_once, 1e-9)
+        self.speed = self.crew.so_far() / max((time.perf_counter() - began) * at_once, 1e-9)
         return in_time
 
-    def _over_threads(self, threads: int, trace: Work, portions: list[int], finished: Finished, watch: Watch) -> bool:
-        """Do portions; whether all came to their end in time."""
-        in_time, waiting = True, iter(portions)
-        pending: set[Future[tuple[Tally, bool]]] = set()
-        with ThreadPoolExecutor(threads, thread_name_prefix="hybrid-tracer") as pool:
-            try:
-                # A short queue: cancelling must not wait for portions that nobody has begun.
-                while True:
-                    while in_time and len(pending) < 2 * threads and (portion := next(waiting, None)) is not None:
-                        pending.add(pool.submit(trace, portion))
-                    if not pending:
-                        return in_time
-                    complete, pending = wait(pending, POLL_SECONDS, FIRST_COMPLETED)
-                    for future in complete:
-                        tally, ended = future.result()
-                        finished(tally)
-                        in_time &= ended
-                    watch()
-            except BaseException:
-                self.stop.set()
-                raise
+    def develop_all(self, longest: int) -> None:
+        """Develop all pixels, at most so many at once."""
+        n, many = len(self.grid), self.crew.many()
+        size = max(-(-n // max(-(-n // (many * longest)) * many, 1)), 1)  # even bands
+        jobs = [Job(k, start, min(start + size, n), DEVELOP) for k, start in enumerate(range(0, n, size))]
+        self.crew.run(jobs, False, self.tally.merge, lambda: None)
+
+    def end(self, kill: bool = False) -> None:
+        """Let the crew go."""
+        self.crew.end(kill)
 
     def report(self, fraction: float) -> None:
         """Tell the caller how far we are; raises Cancelled if it has had enough."""
         if self.progress is not None and self.progress(fraction) is False:
-            self.stop.set()
+            self.crew.stop.set()
             raise Cancelled("tracing was cancelled")
 
+    def _jobs(self, portions: list[Pixels], work: Pass, deadline: float) -> list[Job]:
+        """The portions of a pass, put on the board."""
+        if not any(seen is work.seen for seen in self._seen):
+            self.end()  # processes that are there do not know it
+            self._seen.append(work.seen)
+        kind = next(k for k, seen in enumerate(self._seen) if seen is work.seen)
+        jobs, start = [], 0
+        for number, pixels in enumerate(portions):
+            stop = start + len(pixels)
+            self._board[start:stop] = pixels
+            jobs.append(Job(number, start, stop, kind, work.first, work.count, work.spread, work.signed, deadline))
+            start = stop
+        return jobs
+
+    def _do(self, job: Job) -> tuple[Tally, bool]:
+        """Work of a thread or a process."""
+        if job.kind == DEVELOP:
+            return self.develop(job.start, job.stop), True
+        work = Pass(job.first, job.samples, self._seen[job.kind], job.spread, job.signed)
+        pixels = self._board[job.start : job.stop].astype(np.intp)
+        return self._trace_portion(pixels, work, job.deadline, self.crew.slot(job))
+
     def _trace_portion(
-        self, pixels: Pixels, work: Pass, totals: Totals, deadline: float, begun: NDArray[np.int64]
+        self, pixels: Pixels, work: Pass, deadline: float, begun: NDArray[np.int64]
     ) -> tuple[Tally, bool]:
-        """All samples of some pixels, on a worker thread; False: none of them, the deadline came first.
+        """All samples of some pixels; False: none of them, the deadline came first.
 
         begun : (1,) where to note how many there are so far.
         """
         tally = Tally()
 
         def check() -> None:
-            if self.stop.is_set():
+            if self.crew.stop.is_set():
                 raise Cancelled("tracing was cancelled")
             if time.perf_counter() > deadline:
                 raise _TooLate
@@ -222,7 +217,7 @@ class Passes:
                 trace_rays(self.scene, blocks, work.seen, sums, tally, check, sampler=draws)
             except _TooLate:
                 return tally, False
-            totals.add(pixels, sums, work.first)
+            self.totals.add(pixels, sums, work.first)
         return tally, True
 
     def _blocks(
@@ -255,7 +250,7 @@ class Passes:
 def _portions(pixels: Pixels, count: int, threads: int, longest: int, smallest: int) -> list[Pixels]:
     """Pixels with `count` samples each, dealt out in short runs to portions of `smallest` to `longest` samples."""
     n = len(pixels) * count
-    each = min(max(n // (threads * EVEN_PORTION), 1), PORTIONS) if threads > MOST_THREADS else 1
+    each = min(max(n // (threads * EVEN_PORTION), 1), PORTIONS) if threads > MANY else 1
     wanted = max(-(-n // longest), min(each * threads if threads > 1 else 1, n // smallest))
     if wanted > threads:  # in whole rounds, or some would wait for the others' last
         wanted = -(-wanted // threads) * threads
@@ -271,36 +266,3 @@ def _portions(pixels: Pixels, count: int, threads: int, longest: int, smallest: 
         np.concatenate([deals[deal, (k + deal * turn) % number].reshape(-1), rest[k * run : (k + 1) * run]])
         for k in range(number)
     ]
-
-
-def _over_processes(
-    number: int, trace: Work, begun: NDArray[np.int64], finished: Finished, watch: Watch
-) -> tuple[list[int], bool]:
-    """Do portions in forked processes: which are left, because they failed; and whether the others were in time.
-
-    begun : (portions,) samples of each that have been begun so far.
-    """
-    given, left, in_time = 0, set(range(len(begun))), True
-    seen, since = 0, time.perf_counter()
-    with Forks(number, trace) as processes:
-        while True:
-            while in_time and given < len(begun) and given - (len(begun) - len(left)) < 2 * number:
-                processes.give(given)
-                given += 1
-            if given == len(begun) or not in_time:
-                processes.no_more()
-            answers = processes.answers(POLL_SECONDS)
-            if answers is None:
-                processes.check()
-                return sorted(left), in_time
-            for portion, tally, complete in answers:
-                left.discard(portion)
-                finished(tally)
-                in_time &= complete
-            if not left:
-                return [], in_time
-            watch()
-            if answers or int(begun.sum()) != seen:
-                seen, since = int(begun.sum()), time.perf_counter()
-            elif time.perf_counter() - since > SLOW_START and not begun[sorted(left)].any():
-                return sorted(left), in_time  # none of them has added anything yet

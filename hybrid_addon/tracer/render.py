@@ -4,25 +4,24 @@ from __future__ import annotations
 
 import math
 import time
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from ..scene import Film, Float32, Scene, Settings
 from .cast import raster_shadow
 from .compiled import CompiledScene
-from .constants import FAILED_PIXEL, FILL_SAMPLES
+from .constants import FILL_SAMPLES
 from .data import depth_and_normal
+from .developed import Developed
 from .film import fill_from_neighbours
 from .kept import Kept
-from .passes import Cancelled, Pass, Passes, Pixels, Progress, workers
+from .passes import Cancelled, Pass, Passes, Pixels, Progress
 from .photons import caustic
 from .schedule import END, Schedule, is_adaptive
 from .sums import wanted_parts
 from .tally import Tally
 from .totals import Totals
 from .validate import validate
-from .vectors import as_slice
 
 __all__ = ["Cancelled", "Progress", "trace", "trace_compiled"]
 
@@ -100,8 +99,10 @@ class _Frame:
         self.must_fill = self.mask is not None and self.settings.see == "FLAGGED"
         self.passes = Passes(self.scene, progress, None if self.mask is None else self.mask != 0)
         self.tally, self.grid = self.passes.tally, self.passes.grid
-        parts = wanted_parts(self.settings)
-        self.total = Totals.zeros(self.grid, self.passes.filter, is_adaptive(scene), parts, self.passes.forks)
+        zeros, parts = self.passes.crew.zeros, wanted_parts(self.settings)
+        self.total = Totals.zeros(self.grid, self.passes.filter, is_adaptive(scene), parts, zeros)
+        self.picture = Developed.zeros(self.total, self.width * self.height, self.must_fill, zeros)
+        self.passes.totals, self.passes.develop = self.total, self.picture.develop
         weight = None if self.mask is None else self.mask.reshape(-1)[self.grid.window] * (self.grid.window >= 0)
         self.schedule = Schedule(scene, self.passes, self.total, weight, deadline)
         self.skipped = list(self.scene.plan.skipped)
@@ -112,18 +113,24 @@ class _Frame:
 
     def render(self) -> Film:
         """Trace all wanted pixels, fill those that no sample hit, and develop."""
-        began = time.perf_counter()
-        if self.settings.raster_shadows:
-            self._work_on_raster()
-            if self.scene.backing is not None and self.shadow is not None:
-                self.scene.backing.shade(self.shadow, self.caustic)
-        self.schedule.run()
-        for (what, why), number in self.schedule.skipped.items():
-            self._skip(what, why, number)
-        found = self._fill_gaps() if self.must_fill else np.zeros(0, np.intp)
-        self.passes.report(1.0)
+        began, done = time.perf_counter(), False
+        try:
+            if self.settings.raster_shadows:
+                self._work_on_raster()
+                if self.scene.backing is not None and self.shadow is not None:
+                    self.scene.backing.shade(self.shadow, self.caustic)
+            self.schedule.run()
+            for (what, why), number in self.schedule.skipped.items():
+                self._skip(what, why, number)
+            found = self._fill_gaps() if self.must_fill else np.zeros(0, np.intp)
+            self.passes.report(1.0)
+            self.passes.develop_all(BAND)
+            done = True
+        finally:
+            self.passes.end(kill=not done)
+        self.schedule.note_errors()
         with self.tally.phase("develop"):
-            film = self._develop(found)
+            film = self._finished(found)
         for phase in PHASES:
             film.time[phase] = {"wall": self.tally.wall[phase], "cpu": self.tally.cpu[phase]}
         film.time["trace"] = {"wall": time.perf_counter() - began, "cpu": self._cpu()}
@@ -162,7 +169,7 @@ class _Frame:
         ):
             if len(empty) == 0 or len(seen) == 0:
                 break
-            self.passes.run(empty, Pass(first, FILL_SAMPLES, seen, True), self.total, (END, 1.0), self.deadline)
+            self.passes.run(empty, Pass(first, FILL_SAMPLES, seen, True), (END, 1.0), self.deadline)
             self._skip("pixels without a sample", why, int(np.count_nonzero(self.total.seen(empty))))
             empty = empty[~self.total.seen(empty)]
         return without
@@ -171,53 +178,21 @@ class _Frame:
         if number:
             self.skipped.append({"what": what, "why": why, "count": number})
 
-    def _develop(self, found: Pixels) -> Film:
-        """Filtered means over the samples that count, failures in pink, gaps from the neighbours.
+    def _finished(self, found: Pixels) -> Film:
+        """The developed picture, gaps filled from the neighbours.
 
         found : pixels whose colour was looked for behind what covers it.
         """
-        n = self.width * self.height
-        radiance, residual, coverage = np.zeros((n, 3), np.float32), np.zeros(n, np.float32), np.zeros(n, np.float32)
-        parts = {name: np.zeros((n, rows.stop - rows.start), np.float32) for name, rows in self.total.rows.items()}
-        wanted, known = np.zeros(n, bool), np.zeros(n, bool)
-        uncovered = np.zeros(len(self.grid), bool)
-        uncovered[found] = True
-
-        threads = workers(self.settings)
-        size = max(-(-len(self.grid) // (-(-len(self.grid) // (threads * BAND)) * threads or 1)), 1)  # even bands
-
-        def develop(start: int) -> tuple[int, int]:
-            band = start + np.flatnonzero(self.grid.window[start : start + size] >= 0)
-            with np.errstate(all="ignore"):
-                light, lost, light_passes, covered = self.total.developed(band)
-                failed = ~np.isfinite(light).all(axis=0) | ~np.isfinite(lost)
-                negative = int(np.count_nonzero((light < 0).any(axis=0)))
-            if failed.any():
-                light[:, failed] = np.array(FAILED_PIXEL)[:, None]
-                lost[failed] = 1
-            place = as_slice(self.grid.window[band])
-            known[place] = covered > 0 if self.must_fill else self.total.samples[band] > 0
-            covered[uncovered[band]] = 0
-            residual[place], coverage[place] = lost, covered
-            for channel, values in enumerate(light):
-                radiance[place, channel] = values
-            for name, part in light_passes.items():
-                parts[name][place] = part.T
-            wanted[place] = True
-            return int(np.count_nonzero(failed)), negative
-
-        with ThreadPoolExecutor(threads) as pool:
-            for failed, negative in pool.map(develop, range(0, len(self.grid), size)):
-                self.tally.add("nan_pixels", failed)
-                self.tally.add("negative_radiance", negative)
-        shape = (self.height, self.width)
-        picture, residual, coverage = radiance.reshape(*shape, 3), residual.reshape(shape), coverage.reshape(shape)
-        pictures = {name: part.reshape(*shape, -1) for name, part in parts.items()}
-        images = (picture, residual, *pictures.values(), *(() if self.must_fill else (coverage,)))
-        filled = fill_from_neighbours(images, known.reshape(shape), wanted.reshape(shape))
+        picture, shape = self.picture, (self.height, self.width)
+        picture.coverage[self.grid.window[found]] = 0
+        pictures = {name: part.reshape(*shape, -1) for name, part in picture.parts.items()}
+        radiance, residual = picture.radiance.reshape(*shape, 3), picture.residual.reshape(shape)
+        coverage = picture.coverage.reshape(shape)
+        images = (radiance, residual, *pictures.values(), *(() if self.must_fill else (coverage,)))
+        filled = fill_from_neighbours(images, picture.known.reshape(shape), picture.wanted.reshape(shape))
         self._skip("pixels without a sample", "copied from the nearest traced pixel", filled)
         flat = {name: part[..., 0] if part.shape[2] == 1 else part for name, part in pictures.items()}
-        return self._film(picture, coverage, residual, flat)
+        return self._film(radiance, coverage, residual, flat)
 
     def _film(self, radiance: Float32, coverage: Float32, residual: Float32, parts: dict[str, Float32]) -> Film:
         counts = self.tally.counts

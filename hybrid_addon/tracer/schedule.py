@@ -20,7 +20,6 @@ from .compiled import CompiledScene
 from .constants import COARSEST, FIRST_SAMPLES, SAMPLING_SLOPE
 from .passes import Pass, Passes, Pixels
 from .totals import ESTIMATED, SEEN, Totals, neighbours_rmse
-from .vectors import as_slice, take
 
 END = 0.95
 """The fraction of the progress at which all samples are taken."""
@@ -44,6 +43,7 @@ class Schedule:
         self.done = 0.0
         self.skipped: Counter[tuple[str, str]] = Counter()
         self.sampling: dict[str, object] = {}
+        self._audit: Audit | None = None
 
     @property
     def hurries(self) -> bool:
@@ -51,7 +51,7 @@ class Schedule:
         return self.deadline < math.inf
 
     def run(self) -> None:
-        """Take the samples, and note what is to be said of them.
+        """Take the samples.
 
         Against a deadline each pass is as long as all before it or as the time allows.
         """
@@ -73,9 +73,10 @@ class Schedule:
             self._skip("samples", "the time budget: samples go first", int((samples - taken_of).sum()))
             copied = int((taken_of == 0).sum())
             self._skip("resolution", "the time budget: when no samples are left to give up, pixels go", copied)
-        if audit is not None and audit.left_alone:
-            self.sampling["audit"] = audit.result(self.totals, self.settings.adaptive)
-        self._note_errors()
+        self._audit = audit
+        taken_of = self.totals.samples[self.passes.grid.window >= 0]
+        self.sampling["samples_mean"] = float(taken_of.mean()) if len(taken_of) else 0.0
+        self.sampling["samples_max"] = int(np.max(taken_of, initial=0))
 
     def _coarse_to_fine(self) -> bool:
         """The first sample of all pixels. Of the coarsest raster that meets any it is taken whatever the time."""
@@ -97,7 +98,7 @@ class Schedule:
         signed = self.adaptive and first < FIRST_SAMPLES
         work = Pass(first, count, self.scene.seen_by_camera, self.settings.samples > 1, signed)
         progress = self._fractions(first + count == self.settings.samples)
-        return self.passes.run(pixels, work, self.totals, progress, self.deadline if deadline is None else deadline)
+        return self.passes.run(pixels, work, progress, self.deadline if deadline is None else deadline)
 
     def _affordable(self, pixels: int) -> int:
         """How many samples of so many pixels the time that is left should allow, by what they cost so far."""
@@ -125,17 +126,16 @@ class Schedule:
         self._skip("samples", "their pixels are even (adaptive)", even)
         return left
 
-    def _note_errors(self) -> None:
-        """How many samples there were, and the error to expect of them, over the traced pixels and as they show."""
+    def note_errors(self) -> None:
+        """The error to expect of the samples, over the traced pixels and as they show."""
+        if self._audit is not None and self._audit.left_alone:
+            self.sampling["audit"] = self._audit.result(self.totals, self.settings.adaptive)
         pixels = self.passes.grid.inside()
-        taken = take(self.totals.samples, as_slice(pixels))
         pixels = pixels[:: max(1, len(pixels) // ESTIMATED)]
         variance = self.totals.variance_of_mean(pixels)
         if self.weight is not None:
             variance *= self.weight[pixels] ** 2
         known = variance[np.isfinite(variance)]
-        self.sampling["samples_mean"] = float(taken.mean()) if len(taken) else 0.0
-        self.sampling["samples_max"] = int(np.max(taken, initial=0))
         self.sampling["rmse"] = (
             float(np.sqrt(known.mean(dtype=np.float64))) if len(known) else self._rmse_from_neighbours()
         )

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .constants import HALVES_TO_ERROR, SAMPLING_SLOPE
+from .crew import Zeros
 from .film import Grid, PixelFilter
-from .forks import shared_zeros
 from .sums import LIGHT_PASSES, Sums
 from .vectors import Index, as_slice, flatnonzero, take, write
 
@@ -47,7 +47,6 @@ class Totals:
     rows     : of the light passes, by name (see `Sums.parts`).
     samples  : (n,) int32, camera samples taken.
     variance : (n,) float32, estimate of the squared error of the own mean, over the channels; NaN where unknown.
-    shared   : forked processes may add to them.
     apart    : (n,) float32, contrast between the means of the first and the second half of the own samples.
     signature, uneven, low, high : of the samples of signed passes, where adaptive sampling asks: the signature (n,) of
                the first, whether others differ from it (n,), and the extremes (3, n) float32 of those that count.
@@ -64,18 +63,16 @@ class Totals:
     uneven: Bools | None
     low: Float32 | None
     high: Float32 | None
-    shared: bool = False
 
     @classmethod
     def zeros(
-        cls, grid: Grid, pixel_filter: PixelFilter, signed: bool, parts: Iterable[str] = (), shared: bool = False
+        cls, grid: Grid, pixel_filter: PixelFilter, signed: bool, parts: Iterable[str] = (), zeros: Zeros = np.zeros
     ) -> Totals:
         """Nothing yet.
 
         signed : room for what adaptive sampling asks.   parts : light passes that are wanted.
-        shared : with the forked processes that fill it.
+        zeros  : of those that fill it, `Crew.zeros`.
         """
-        zeros: Callable[..., NDArray[Any]] = shared_zeros if shared else np.zeros
         n, c, rows = len(grid), RESIDUAL + 1, {}
         for name in parts:
             rows[name] = slice(c, c + LIGHT_PASSES[name])
@@ -92,7 +89,6 @@ class Totals:
             zeros((n,), bool) if signed else None,
             zeros((3, n), np.float32) if signed else None,
             zeros((3, n), np.float32) if signed else None,
-            shared,
         )
         totals.variance.fill(np.nan)
         if totals.low is not None:

@@ -12,7 +12,7 @@ import pytest
 from hybrid_addon.scene import PointLight, Settings, World
 from hybrid_addon.stability import effects
 from hybrid_addon.stability.build import shoot
-from hybrid_addon.tracer import forks, passes
+from hybrid_addon.tracer import crew, forks, passes, totals
 from hybrid_addon.tracer.render import Cancelled, trace
 
 pytestmark = pytest.mark.skipif(not forks.AVAILABLE, reason="this system does not fork")
@@ -122,6 +122,48 @@ def test_the_work_is_done_elsewhere(scene, monkeypatch):
     assert not here
 
 
+def test_they_stay_for_all_of_a_picture(scene, monkeypatch):
+    """Several passes, and what makes a picture of them."""
+    made, init = [], forks.Forks.__init__
+    developed, develop = [], totals.Totals.developed
+    monkeypatch.setattr(forks.Forks, "__init__", lambda self, *a: (made.append(1), init(self, *a))[1])
+    monkeypatch.setattr(totals.Totals, "developed", lambda self, p: (developed.append(1), develop(self, p))[1])
+    film = trace(scene, replace(HOW, processes=True))
+    assert film.sampling["samples_max"] == 8 and film.sampling["samples_mean"] < 8  # there were several
+    assert len(made) == 1 and not developed
+
+
+def test_what_fails_in_a_process_alone_is_done_here(scene, monkeypatch):
+    """And others do the rest."""
+    here, before, trace_rays = os.getpid(), children(), passes.trace_rays
+
+    def fail_there(*arguments, **more):
+        if os.getpid() != here:
+            raise MemoryError
+        return trace_rays(*arguments, **more)
+
+    monkeypatch.setattr(passes, "trace_rays", fail_there)
+    film = trace(scene, replace(HOW, processes=True))
+    np.testing.assert_array_equal(film.radiance, trace(scene, HOW).radiance)
+    assert none_left(before)
+
+
+def test_one_that_is_killed_without_work_harms_nobody(scene, monkeypatch):
+    """Between two passes."""
+    killed, run = [], crew.Crew.run
+
+    def run_and_kill(self, *arguments):
+        if self._processes is not None and not killed:
+            killed.append(int(self._processes._at[0, 0]))
+            os.kill(killed[0], signal.SIGKILL)
+        return run(self, *arguments)
+
+    monkeypatch.setattr(crew.Crew, "run", run_and_kill)
+    film = trace(scene, replace(HOW, processes=True))
+    assert killed
+    np.testing.assert_array_equal(film.radiance, trace(scene, HOW).radiance)
+
+
 def test_cancelling_ends_them(scene):
     before, asked = alike(), []
 
@@ -175,13 +217,13 @@ def test_a_process_that_never_begins_is_not_waited_for(scene, monkeypatch, stuck
     """As one that waits for a lock which nobody holds any more: its portion is done here."""
     here, before, trace_portion = os.getpid(), children(), passes.Passes._trace_portion
 
-    def trace_or_wait(self, pixels, work, totals, deadline, begun):
+    def trace_or_wait(self, pixels, work, deadline, begun):
         number = (begun.ctypes.data - begun.base.ctypes.data) // begun.itemsize
         if os.getpid() != here and number in stuck:
             time.sleep(30)
-        return trace_portion(self, pixels, work, totals, deadline, begun)
+        return trace_portion(self, pixels, work, deadline, begun)
 
-    monkeypatch.setattr(passes, "SLOW_START", 0.3)
+    monkeypatch.setattr(crew, "SLOW_START", 0.3)
     monkeypatch.setattr(passes.Passes, "_trace_portion", trace_or_wait)
     how, began = replace(HOW, samples=4, adaptive=0.0), time.perf_counter()
     film = trace(scene, replace(how, processes=True))

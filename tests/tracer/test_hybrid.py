@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hybrid_addon.scene import PointLight, Settings, SunLight, Surface, Visibility, World
-from hybrid_addon.tracer import Cancelled, passes, trace
+from hybrid_addon.tracer import Cancelled, crew, trace
 from hybrid_addon.tracer.constants import FAILED_PIXEL
 
 HYBRID = Settings(samples=8, threads=1)
@@ -200,7 +200,7 @@ def test_clip_planes_limit_camera_rays_only(build):
 
 
 def test_progress_rises_to_one(build, monkeypatch):
-    monkeypatch.setattr(passes, "POLL_SECONDS", 1e-4)
+    monkeypatch.setattr(crew, "POLL_SECONDS", 1e-4)
     heard = []
     trace(
         build.scene((everything(build), build.matte())),
