@@ -8,18 +8,24 @@ over latitude it is summed.
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Float32, Float64, Texture
+from ..scene import Float32, Float64
 from .vectors import Array
 
 BLUR_ROUGHNESS = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
 """Steps even in roughness; between them it is interpolated."""
 BLUR_ROWS = 64
 """Rows of the blurred images: 2.8 degrees each, the narrowest lobe is 7 wide."""
+
+
+Rows = Callable[[slice], Float32]
+"""Some rows (h, w, 3) of an environment."""
+
+Images = dict[int, Float32]
 
 
 def levels(roughness: Array) -> Array:
@@ -34,23 +40,22 @@ def needed_levels(low: float, high: float) -> range:
     return range(min(int(first), len(BLUR_ROUGHNESS) - 2), min(int(last) + 2, len(BLUR_ROUGHNESS)))
 
 
-def blurred(environment: Texture, needed: Iterable[int] = range(len(BLUR_ROUGHNESS))) -> dict[int, Texture]:
-    """One equirectangular image for each of some levels."""
-    small = reduced(environment.pixels, BLUR_ROWS)[..., :3]
+def blurred(pixels: Rows, size: tuple[int, int], needed: Iterable[int] = range(len(BLUR_ROUGHNESS))) -> Images:
+    """One equirectangular image (h, w, 4) for each of some levels, of an environment of that size (h, w)."""
+    small = reduced(pixels, size, BLUR_ROWS)
     spectrum = np.fft.rfft(small * _areas(BLUR_ROWS)[:, None, None], axis=1).transpose(1, 0, 2)
-    sums = {i: _lobe_sums(np.ascontiguousarray(spectrum), BLUR_ROUGHNESS[i]) for i in needed}
-    return {i: Texture(f"{environment.name}, blurred", pixels) for i, pixels in sums.items()}
+    return {i: _lobe_sums(np.ascontiguousarray(spectrum), BLUR_ROUGHNESS[i]) for i in needed}
 
 
-def reduced(pixels: Float32, rows: int) -> Float64:
-    """Means over the texels of an equirectangular image in (rows, 2 rows) fields, weighted by solid angle."""
-    height, width = pixels.shape[:2]
+def reduced(pixels: Rows, size: tuple[int, int], rows: int) -> Float64:
+    """Means (rows, 2 rows, 3) over the texels of an equirectangular image in even fields, weighted by solid angle."""
+    height, width = size
     tall, wide = _overlaps(height, rows) * _areas(height), _overlaps(width, 2 * rows)
-    result = np.empty((rows, width, pixels.shape[2]))
+    result = np.empty((rows, width, 3))
     for row, weights in zip(result, tall / tall.sum(axis=1, keepdims=True), strict=True):
         used = np.flatnonzero(weights)
         band = slice(int(used[0]), int(used[-1]) + 1)
-        row[:] = np.tensordot(weights[band].astype(np.float32), pixels[band], 1)
+        row[:] = np.tensordot(weights[band].astype(np.float32), pixels(band), 1)
     # All rows in one product: one for each, of four columns, takes ten times as long.
     across = np.ascontiguousarray(result.transpose(1, 0, 2)).reshape(width, -1)
     return ((wide / wide.sum(axis=1, keepdims=True)) @ across).reshape(2 * rows, rows, -1).transpose(1, 0, 2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -89,16 +89,13 @@ class Sky:
         """Directions (3, n) of the world as those of the panorama."""
         return direction if self._expression is not None else matrix_times(self._rotation, direction)
 
-    def as_seen(self) -> Texture:
-        """The panorama with factor and limit in its pixels."""
-        pixels, factor = self.panorama.pixels[..., :3], self.factor[:, 0]
-        full = pixels if (factor == 1).all() else factor * pixels
-        row, column = _brighter(full, self._limit)
-        if full is pixels and len(row) == 0:
-            return self.panorama
-        seen = full.copy() if full is pixels else full
-        seen[row, column] = _no_brighter(full[row, column].T, self._limit).T
-        return replace(self.panorama, pixels=seen)
+    def rows(self, band: slice) -> Float32:
+        """Some rows (h, w, 3) of the panorama with factor and limit in its pixels."""
+        seen: Float32 = self.factor[:, 0] * self.panorama.pixels[band, :, :3]
+        row, column = _brighter(seen, self._limit)
+        if len(row):
+            seen[row, column] = _no_brighter(seen[row, column].T, self._limit).T
+        return seen
 
     def sums(self) -> Sums:
         """Over all directions of the world."""
@@ -143,7 +140,7 @@ class Sky:
 
 def _brighter(image: Float32, limit: np.float32) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Rows and columns of the texels of an image (h, w, 3) whose largest channel is over the limit."""
-    if not np.isfinite(limit):
+    if not np.isfinite(limit) or not np.max(image, initial=0) > limit:
         return np.zeros(0, np.intp), np.zeros(0, np.intp)
     # Not `max` over the last axis, which is short: five times slower.
     brightest = np.maximum(np.maximum(image[..., 0], image[..., 1]), image[..., 2])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Float32, Float64, SunLight, Texture, World
-from .blur import BLUR_ROUGHNESS, blurred, levels, needed_levels
+from ..scene import Float32, Float64, SunLight, World
+from .blur import BLUR_ROUGHNESS, Images, blurred, levels, needed_levels
 from .sky import Sky
 from .textures import equirect_coordinates, lookup
 from .vectors import add, count, flatnonzero, select, take, write
@@ -31,7 +31,7 @@ class CompiledWorld:
         self.suns: list[SunLight] = []
         self._mean: Float64 = sky.factor.astype(np.float64)
         self._linear: Float64 | None = None
-        self._blurred: dict[int, Texture] = {}
+        self._blurred: Images = {}
         if not sky.uniform:
             sums = sky.sums()
             mean, vector = sums.radiance / (4 * np.pi), sums.toward / (4 * np.pi)
@@ -68,7 +68,7 @@ class CompiledWorld:
             here = select(lower == i)
             t = (take(level, here) - i).astype(np.float32)
             for image, weight in ((self._blurred[i], 1 - t), (self._blurred[i + 1], t)):
-                found = lookup(image.pixels, take(u, here), take(v, here), "REPEAT", "EXTEND")
+                found = lookup(image, take(u, here), take(v, here), "REPEAT", "EXTEND")
                 add(result, here, weight * found[:3])
         return result
 
@@ -76,7 +76,8 @@ class CompiledWorld:
         """Blur the environment for `glossy` of roughnesses from `low` to `high`."""
         missing = [] if self._sky.uniform else [i for i in needed_levels(low, high) if i not in self._blurred]
         if missing:
-            self._blurred |= blurred(self._sky.as_seen(), missing)
+            height, width = self._sky.panorama.pixels.shape[:2]
+            self._blurred |= blurred(self._sky.rows, (height, width), missing)
 
     def irradiance_over_pi(self, normal: Float32) -> Float32:
         """E / pi, (3, n) or (3, 1), on surfaces of normal (3, n): what a white diffuse surface sends on."""

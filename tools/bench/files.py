@@ -12,7 +12,7 @@ from hybrid_addon.blender import opengl, pipeline, results
 from hybrid_addon.blender.settings import tracer_settings
 from hybrid_addon.blender.sync import translate
 from hybrid_addon.scene import Float32, Scene, Settings
-from hybrid_addon.tracer import trace
+from hybrid_addon.tracer import Kept, trace
 
 from .measure import ROOT
 
@@ -66,9 +66,9 @@ def translated(name: str, size: Size) -> tuple[Scene, Settings]:
     return translation.scene, tracer_settings(scene)
 
 
-def traced(scene: Scene, settings: Settings, mask: Float32 | None = None) -> dict[str, Any]:
-    """Trace, and keep of the film what it cost."""
-    film = trace(scene, settings, mask)
+def traced(scene: Scene, settings: Settings, mask: Float32 | None = None, kept: Kept | None = None) -> dict[str, Any]:
+    """Trace, and keep of the film what it cost. kept: what this frame leaves for the next."""
+    film = trace(scene, settings, mask, kept=kept)
     return {"time": film.time, "rays": film.rays}
 
 
