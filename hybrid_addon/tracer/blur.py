@@ -23,7 +23,7 @@ BLUR_ROWS = 64
 
 
 Rows = Callable[[slice], Float32]
-"""Some rows (h, w, 3) of an environment."""
+"""Some rows (h, w, channels) of an environment, of which three are colours; those behind them are worked on, too."""
 
 Images = dict[int, Float32]
 
@@ -51,13 +51,13 @@ def reduced(pixels: Rows, size: tuple[int, int], rows: int) -> Float64:
     """Means (rows, 2 rows, 3) over the texels of an equirectangular image in even fields, weighted by solid angle."""
     height, width = size
     tall, wide = _overlaps(height, rows) * _areas(height), _overlaps(width, 2 * rows)
-    result = np.empty((rows, width, 3))
-    for row, weights in zip(result, tall / tall.sum(axis=1, keepdims=True), strict=True):
+    result = []
+    for weights in tall / tall.sum(axis=1, keepdims=True):
         used = np.flatnonzero(weights)
         band = slice(int(used[0]), int(used[-1]) + 1)
-        row[:] = np.tensordot(weights[band].astype(np.float32), pixels(band), 1)
+        result.append(np.tensordot(weights[band].astype(np.float32), pixels(band), 1)[:, :3])
     # All rows in one product: one for each, of four columns, takes ten times as long.
-    across = np.ascontiguousarray(result.transpose(1, 0, 2)).reshape(width, -1)
+    across = np.stack(result, axis=1).astype(np.float64).reshape(width, -1)
     return ((wide / wide.sum(axis=1, keepdims=True)) @ across).reshape(2 * rows, rows, -1).transpose(1, 0, 2)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -18,7 +18,7 @@ from .vectors import Array, matrix_times
 PANORAMA_ROWS = (256, 1024)
 """Rows of the image that an expression is worked out to, for its light: those of its largest image, within these."""
 BLOCK = 1 << 18  # texels that an expression is worked out for at once
-BAND = 64  # rows that are summed at once
+BAND = 64  # rows that are summed at once: they stay in a core's cache
 
 
 class Directions:
@@ -90,12 +90,19 @@ class Sky:
         return direction if self._expression is not None else matrix_times(self._rotation, direction)
 
     def rows(self, band: slice) -> Float32:
-        """Some rows (h, w, 3) of the panorama with factor and limit in its pixels."""
-        seen: Float32 = self.factor[:, 0] * self.panorama.pixels[band, :, :3]
+        """Some rows (h, w, 3 or 4) of the panorama with factor and limit in its colours."""
+        seen = self._tinted(band)
         row, column = _brighter(seen, self._limit)
         if len(row):
-            seen[row, column] = _no_brighter(seen[row, column].T, self._limit).T
+            seen[row, column, :3] = _no_brighter(seen[row, column, :3].T, self._limit).T
         return seen
+
+    def _tinted(self, band: slice) -> Float32:
+        """The same without the limit. As rows of numbers: three at a time they take ten times as long."""
+        pixels = self.panorama.pixels[band]
+        factor = np.append(self.factor[:, 0], np.float32(1))[: pixels.shape[2]]
+        tinted: Float32 = pixels.reshape(len(pixels), -1) * np.tile(factor, pixels.shape[1])
+        return tinted.reshape(pixels.shape)
 
     def sums(self) -> Sums:
         """Over all directions of the world."""
@@ -104,23 +111,22 @@ class Sky:
         around = np.stack([np.ones(width), np.cos(longitude), np.sin(longitude)])
         latitude = (np.arange(height) + 0.5) / height * np.pi - np.pi / 2
         share = np.diff(np.sin(np.linspace(-np.pi / 2, np.pi / 2, height + 1))) * (2 * np.pi / width)
-        for start, band in enumerate(_bands(self.panorama.pixels, BAND)):
-            rows = slice(start * BAND, start * BAND + len(band))
-            full = self.factor[:, 0] * band[..., :3]
-            kept = self._kept(full, latitude[rows], longitude, share[rows], total)
-            total.add(np.matmul(around, kept.astype(np.float64)), latitude[rows], share[rows])
+        for start in range(0, height, BAND):
+            rows = slice(start, start + BAND)
+            kept = self._kept(self._tinted(rows), latitude[rows], longitude, share[rows], total)
+            total.add(np.matmul(around, kept.astype(np.float64))[..., :3], latitude[rows], share[rows])
         if self._expression is None:
             total.toward, total.excess_toward = total.toward @ self._rotation, total.excess_toward @ self._rotation
         return total
 
     def _kept(self, full: Float32, latitude: Array, longitude: Array, share: Array, total: Sums) -> Float32:
-        """Rows (h, w, 3) no brighter than the threshold; what is over it goes to the sums."""
+        """Rows (h, w, 3 or 4) no brighter than the threshold; what is over it goes to the sums."""
         row, column = _brighter(full, self._threshold)
         if len(row) == 0:
             return full
-        kept, bright = full.copy(), full[row, column].T
+        kept, bright = full.copy(), full[row, column, :3].T
         dimmed = _no_brighter(bright, self._threshold)
-        kept[row, column] = dimmed.T
+        kept[row, column, :3] = dimmed.T
         excess = (bright - dimmed).astype(np.float64)
         flat, turn = np.cos(latitude[row]), longitude[column]
         direction = np.stack([flat * np.cos(turn), flat * np.sin(turn), np.sin(latitude[row])])
@@ -139,7 +145,7 @@ class Sky:
 
 
 def _brighter(image: Float32, limit: np.float32) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Rows and columns of the texels of an image (h, w, 3) whose largest channel is over the limit."""
+    """Rows and columns of the texels of an image (h, w, 3 or 4) whose largest colour channel is over the limit."""
     if not np.isfinite(limit) or not np.max(image, initial=0) > limit:
         return np.zeros(0, np.intp), np.zeros(0, np.intp)
     # Not `max` over the last axis, which is short: five times slower.
@@ -183,11 +189,6 @@ class Sums:
         """n texels: what is over the threshold (3, n), directions (3, n), solid angles (n,)."""
         self.excess += excess @ share
         self.excess_toward += direction @ (np.sqrt((excess * excess).sum(axis=0)) * share)
-
-
-def _bands(pixels: Array, rows: int) -> Iterator[Array]:
-    """So many rows of it at a time: they stay in a core's cache."""
-    return (pixels[i : i + rows] for i in range(0, len(pixels), rows))
 
 
 def directions(height: int, width: int, start: int, stop: int) -> Float64:
