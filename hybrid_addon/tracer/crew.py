@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from functools import partial
 from struct import Struct
 from typing import Any, NamedTuple
 
@@ -61,6 +62,9 @@ class Job(NamedTuple):
 
 RECORD = Struct("<qqqiii??d")
 
+Do = Callable[[Job], tuple[Tally, bool]]
+"""Does a job: what was counted, and whether it came to its end in time."""
+
 
 def workers(settings: Settings) -> int:
     """How many threads work at once."""
@@ -74,9 +78,8 @@ class Crew:
     stop  : is set when the work is given up.
     """
 
-    def __init__(self, settings: Settings, do: Callable[[Job], tuple[Tally, bool]]) -> None:
-        """do: what each does, on what is known when the first work for processes begins."""
-        self._settings, self._do = settings, do
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
         self.forks = settings.processes and AVAILABLE
         self.stop = threading.Event()
         self.begun = self.zeros((SLOTS,), np.int64)
@@ -104,20 +107,21 @@ class Crew:
         """How many work at once on what needs no new process."""
         return workers(self._settings) if self._processes is None else self._processes.number
 
-    def run(self, jobs: Sequence[Job], forked: bool, finished: Finished, watch: Watch) -> bool:
+    def run(self, do: Do, jobs: Sequence[Job], forked: bool, finished: Finished, watch: Watch) -> bool:
         """Do them all; whether all came to their end in time.
 
+        do     : always the same. Processes know what it did when they were started: for the first work for some.
         forked : by processes, started now if need be; else by those that are there, or by threads.
         """
         self.begun[:] = 0
         left, in_time = list(jobs), True
         if forked or self._processes is not None:
             try:
-                left, in_time = self._over_processes(left, finished, watch)
+                left, in_time = self._over_processes(do, left, finished, watch)
             except BaseException:
                 self.end(kill=True)
                 raise
-        return self._over_threads(left, finished, watch) and in_time
+        return self._over_threads(do, left, finished, watch) and in_time
 
     def end(self, kill: bool = False) -> None:
         """Let the processes go."""
@@ -125,7 +129,7 @@ class Crew:
             self._processes.end(kill)
             self._processes = None
 
-    def _over_threads(self, jobs: list[Job], finished: Finished, watch: Watch) -> bool:
+    def _over_threads(self, do: Do, jobs: list[Job], finished: Finished, watch: Watch) -> bool:
         """Do jobs; whether all came to their end in time."""
         threads, in_time, waiting = workers(self._settings), True, iter(jobs)
         pending: set[Future[tuple[Tally, bool]]] = set()
@@ -134,7 +138,7 @@ class Crew:
                 # A short queue: cancelling must not wait for jobs that nobody has begun.
                 while True:
                     while in_time and len(pending) < 2 * threads and (job := next(waiting, None)) is not None:
-                        pending.add(pool.submit(self._do, job))
+                        pending.add(pool.submit(do, job))
                     if not pending:
                         return in_time
                     complete, pending = wait(pending, POLL_SECONDS, FIRST_COMPLETED)
@@ -147,14 +151,14 @@ class Crew:
                 self.stop.set()
                 raise
 
-    def _over_processes(self, jobs: list[Job], finished: Finished, watch: Watch) -> tuple[list[Job], bool]:
+    def _over_processes(self, do: Do, jobs: list[Job], finished: Finished, watch: Watch) -> tuple[list[Job], bool]:
         """Do jobs; which are left, because they failed, and whether the others were in time."""
         wanted = min(self._settings.threads or os.cpu_count() or 1, len(jobs))
         ahead, waiting = jobs[: 2 * wanted], iter(jobs[2 * wanted :])
         processes = self._processes
         if processes is None or processes.number < wanted:
             self.end()
-            processes = Forks(wanted, RECORD.size, self._do_record, (RECORD.pack(*job) for job in ahead))
+            processes = Forks(wanted, RECORD.size, partial(_do_record, do), (RECORD.pack(*job) for job in ahead))
             self._processes = processes
         else:
             for job in ahead:
@@ -191,5 +195,6 @@ class Crew:
                 return [*failed, *asked.values(), *waiting], in_time
         return failed if in_time else [], in_time
 
-    def _do_record(self, record: bytes) -> tuple[Tally, bool]:
-        return self._do(Job(*RECORD.unpack(record)))
+
+def _do_record(do: Do, record: bytes) -> tuple[Tally, bool]:
+    return do(Job(*RECORD.unpack(record)))

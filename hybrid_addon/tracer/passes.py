@@ -113,7 +113,7 @@ class Passes:
         self.tally = Tally()
         self.progress = progress
         self.speed = 0.0  # camera rays a second of each thread or process, in the last pass
-        self.crew = Crew(self.settings, self._do)
+        self.crew = Crew(self.settings)
         self.identity = identities(scene.geometry) if scene.settings.adaptive > 0 else None
         self._board = self.crew.zeros((len(self.grid),), np.int32)
         self._seen: list[PrimitiveSet] = []
@@ -141,7 +141,7 @@ class Passes:
         if forked:
             self.scene.build_all()
         began = time.perf_counter()
-        in_time = self.crew.run(jobs, forked, self.tally.merge, watch)
+        in_time = self.crew.run(self._do, jobs, forked, self.tally.merge, watch)
         at_once = max(min(threads, len(portions)), 1)
         self.speed = self.crew.so_far() / max((time.perf_counter() - began) * at_once, 1e-9)
         return in_time
@@ -151,7 +151,7 @@ class Passes:
         n, many = len(self.grid), self.crew.many()
         size = max(-(-n // max(-(-n // (many * longest)) * many, 1)), 1)  # even bands
         jobs = [Job(k, start, min(start + size, n), DEVELOP) for k, start in enumerate(range(0, n, size))]
-        self.crew.run(jobs, False, self.tally.merge, lambda: None)
+        self.crew.run(self._do, jobs, False, self.tally.merge, lambda: None)
 
     def end(self, kill: bool = False) -> None:
         """Let the crew go."""
