@@ -7,6 +7,8 @@ embreex (4.4) has sharp edges, and all of them end here:
 * OCCLUDED answers 0 for a hit and -1 for none, INTERSECT the primitive or -1;
 * it reads vertices and indices one by one as Python objects: an array of such is read in a third of the time;
 * a mesh added after the first query is ignored unless `is_committed` is reset: all geometry is one mesh, built at once;
+* a scene that Python's search for cycles frees loses its device before it ends, and ends in freed memory, which kills
+  Blender some time later: `finalize` holds on to it, and so no search for cycles ever finds it;
 * a NaN, infinite or zero ray visits the whole tree (600 times slower): such rays are masked out and counted.
 """
 
@@ -15,6 +17,7 @@ from __future__ import annotations
 import copy
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
+from weakref import finalize
 
 import numpy as np
 from embreex import rtcore_scene
@@ -55,10 +58,12 @@ class TriangleScene:
         self._scene = rtcore_scene.EmbreeScene(robust=True)
         if self.size <= READ_AS_OBJECTS:
             numbers = np.arange(len(vertices)).astype(object)  # one object for each vertex, not for each corner
-            self._mesh = EmbreeMesh(self._scene, vertices.astype(object), numbers.take(triangles))
+            mesh = EmbreeMesh(self._scene, vertices.astype(object), numbers.take(triangles))
         else:
-            self._mesh = EmbreeMesh(self._scene, np.ascontiguousarray(vertices), np.ascontiguousarray(triangles))
+            mesh = EmbreeMesh(self._scene, np.ascontiguousarray(vertices), np.ascontiguousarray(triangles))
         self._commit()
+        self._life = _Life()
+        finalize(self._life, _let_go, [mesh, self._scene]).atexit = False
 
     def _commit(self) -> None:
         """Build the tree now: embreex builds it in the first query, which must not come from two threads at once."""
@@ -97,6 +102,14 @@ class TriangleScene:
             return np.zeros(n, bool)
         answer = self._scene.run(rows(origin), rows(direction), dists=t_max.copy(), query="OCCLUDED")
         return np.asarray(answer == 0)
+
+
+class _Life:
+    """As long as it lasts its tree is needed."""
+
+
+def _let_go(held: list[Any]) -> None:
+    held.clear()
 
 
 def same_bytes(a: NDArray[Any], b: NDArray[Any]) -> bool:

@@ -124,15 +124,17 @@ class _Frame:
                 self._skip(what, why, number)
             found = self._fill_gaps() if self.must_fill else np.zeros(0, np.intp)
             self.passes.report(1.0)
+            sampled = time.perf_counter()
             self.passes.develop_all(BAND)
             done = True
         finally:
             self.passes.end(kill=not done)
-        self.schedule.note_errors()
         with self.tally.phase("develop"):
+            self.schedule.note_errors()
             film = self._finished(found)
         for phase in PHASES:
             film.time[phase] = {"wall": self.tally.wall[phase], "cpu": self.tally.cpu[phase]}
+        film.time["develop"]["wall"] = time.perf_counter() - sampled
         film.time["trace"] = {"wall": time.perf_counter() - began, "cpu": self._cpu()}
         film.time["total"] = {"wall": time.perf_counter() - self.began, "cpu": self._cpu()}
         return film

@@ -3,6 +3,7 @@
 Those that can crash the process or hang it run in one of their own.
 """
 
+import gc
 import subprocess
 import sys
 import time
@@ -121,3 +122,26 @@ print("accepted")
 def test_hazard_wild_indices_are_accepted():
     done = subprocess.run([sys.executable, "-c", WILD], capture_output=True, text=True, timeout=60, check=False)
     assert "accepted" in done.stdout
+
+
+def found_by_the_search_for_cycles(make):
+    """Types of what Python frees when what `make` makes, alone in a cycle, is let go of."""
+    cycle = [make()]
+    cycle.append(cycle)
+    gc.collect()
+    gc.set_debug(gc.DEBUG_SAVEALL)
+    try:
+        del cycle
+        gc.collect()
+        return [type(each) for each in gc.garbage]
+    finally:
+        gc.set_debug(0)
+        gc.garbage.clear()
+        gc.collect()
+
+
+def test_hazard_a_scene_in_a_cycle_loses_its_device_first(ball):
+    """Both are then cleared in any order. Freed with their last reference they are in the right one."""
+    assert rtcore_scene.EmbreeScene in found_by_the_search_for_cycles(lambda: raw(ball.vertices, ball.triangles))
+    found = found_by_the_search_for_cycles(lambda: TriangleScene(ball.vertices, ball.triangles))
+    assert TriangleScene in found and rtcore_scene.EmbreeScene not in found
