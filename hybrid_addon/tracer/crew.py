@@ -115,9 +115,10 @@ class Crew:
         """
         self.begun[:] = 0
         left, in_time = list(jobs), True
-        if forked or self._processes is not None:
+        wanted = min(self._settings.threads or os.cpu_count() or 1, len(jobs)) if forked else 0
+        if wanted or self._processes is not None:
             try:
-                left, in_time = self._over_processes(do, left, finished, watch)
+                left, in_time = self._over_processes(wanted, do, left, finished, watch)
             except BaseException:
                 self.end(kill=True)
                 raise
@@ -151,11 +152,16 @@ class Crew:
                 self.stop.set()
                 raise
 
-    def _over_processes(self, do: Do, jobs: list[Job], finished: Finished, watch: Watch) -> tuple[list[Job], bool]:
-        """Do jobs; which are left, because they failed, and whether the others were in time."""
-        wanted = min(self._settings.threads or os.cpu_count() or 1, len(jobs))
-        ahead, waiting = jobs[: 2 * wanted], iter(jobs[2 * wanted :])
+    def _over_processes(
+        self, wanted: int, do: Do, jobs: list[Job], finished: Finished, watch: Watch
+    ) -> tuple[list[Job], bool]:
+        """Do jobs; which are left, because they failed, and whether the others were in time.
+
+        wanted : processes at least; 0: those that are there.
+        """
         processes = self._processes
+        number = wanted if processes is None else max(wanted, processes.number)
+        ahead, waiting = jobs[: 2 * number], iter(jobs[2 * number :])
         if processes is None or processes.number < wanted:
             self.end()
             processes = Forks(wanted, RECORD.size, partial(_do_record, do), (RECORD.pack(*job) for job in ahead))

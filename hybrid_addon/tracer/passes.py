@@ -124,7 +124,7 @@ class Passes:
         progress : the fractions done before and after this pass.
         """
         threads = self.settings.threads or os.cpu_count() or 1
-        n = len(pixels) * work.count
+        n, kind = len(pixels) * work.count, self._kind(work.seen)
         forked = self.crew.forks and threads >= FEWEST and (n >= WORTH_IT or self.crew.has_processes)
         threads = threads if forked else workers(self.settings)
         longest = LONGEST_PORTION
@@ -132,7 +132,7 @@ class Passes:
             at_risk = SHARE_AT_RISK * max(deadline - time.perf_counter(), 0.0)
             longest = int(min(max(at_risk * self.speed, SHORT_PORTION), LONGEST_PORTION))
         portions = _portions(pixels, work.count, threads, longest, SMALLEST_PORTION if forked else FOR_A_THREAD)
-        jobs = self._jobs(portions, work, deadline)
+        jobs = self._jobs(portions, kind, work, deadline)
         done, until = progress
 
         def watch() -> None:
@@ -163,12 +163,16 @@ class Passes:
             self.crew.stop.set()
             raise Cancelled("tracing was cancelled")
 
-    def _jobs(self, portions: list[Pixels], work: Pass, deadline: float) -> list[Job]:
-        """The portions of a pass, put on the board."""
-        if not any(seen is work.seen for seen in self._seen):
+    def _kind(self, seen: PrimitiveSet) -> int:
+        """The kind of the jobs in which camera rays see this."""
+        kind = next((k for k, known in enumerate(self._seen) if known is seen), len(self._seen))
+        if kind == len(self._seen):
             self.end()  # processes that are there do not know it
-            self._seen.append(work.seen)
-        kind = next(k for k, seen in enumerate(self._seen) if seen is work.seen)
+            self._seen.append(seen)
+        return kind
+
+    def _jobs(self, portions: list[Pixels], kind: int, work: Pass, deadline: float) -> list[Job]:
+        """The portions of a pass, put on the board."""
         jobs, start = [], 0
         for number, pixels in enumerate(portions):
             stop = start + len(pixels)

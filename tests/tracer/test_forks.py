@@ -12,7 +12,7 @@ import pytest
 from hybrid_addon.scene import PointLight, Settings, World
 from hybrid_addon.stability import effects
 from hybrid_addon.stability.build import shoot
-from hybrid_addon.tracer import crew, forks, passes, totals
+from hybrid_addon.tracer import crew, forks, passes, render, totals
 from hybrid_addon.tracer.render import Cancelled, trace
 
 pytestmark = pytest.mark.skipif(not forks.AVAILABLE, reason="this system does not fork")
@@ -131,6 +131,17 @@ def test_they_stay_for_all_of_a_picture(scene, monkeypatch):
     film = trace(scene, replace(HOW, processes=True))
     assert film.sampling["samples_max"] == 8 and film.sampling["samples_mean"] < 8  # there were several
     assert len(made) == 1 and not developed
+
+
+def test_no_more_are_started_than_the_passes_need(scene, monkeypatch):
+    """To develop the picture those do that are there, however many pieces it is in."""
+    made, init = [], forks.Forks.__init__
+    monkeypatch.setattr(forks.Forks, "__init__", lambda self, n, *a: (made.append(n), init(self, n, *a))[1])
+    monkeypatch.setattr(passes, "SMALLEST_PORTION", 1 << 16)  # two portions
+    monkeypatch.setattr(render, "BAND", 1000)
+    film = trace(scene, replace(HOW, samples=4, adaptive=0.0, threads=8, processes=True))
+    assert made == [1]
+    np.testing.assert_array_equal(film.radiance, trace(scene, replace(HOW, samples=4, adaptive=0.0)).radiance)
 
 
 def test_what_fails_in_a_process_alone_is_done_here(scene, monkeypatch):
