@@ -1,4 +1,4 @@
-"""Passes: some samples of some pixels, in chunks over threads, added to what earlier passes found.
+"""Passes: some samples of some pixels, dealt out in portions, added to what earlier passes found.
 
 A portion is what a thread or process works through at once: many short runs of pixels from all over the picture, so
 that all portions cost about the same, with all their samples of the pass. Its camera rays are begun in blocks. Every
