@@ -19,7 +19,7 @@ def unregister() -> None:
 
 def __getattr__(name: str) -> Any:
     """Forward the public API, so that ``from bl_ext.user_default import hybrid_addon as hybrid`` is enough."""
-    if name.startswith("__"):
+    if name.startswith("__") or not __package__:  # loaded as a file, as pytest does in a folder with a dot in its name
         raise AttributeError(name)
     return getattr(_house(), name)
 

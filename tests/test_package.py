@@ -116,3 +116,11 @@ def test_removing_it_leaves_no_trace(life: dict[str, Any]) -> None:
     assert life["used"]["scenes"] > len(life["before"]["scenes"]), "nothing was set up, so nothing was tested"
     assert differences(life["before"], life["after"]) == []
     assert life["left"] == []
+
+
+def test_the_door_opens_for_a_package_only() -> None:
+    """In a folder with a dot in its name pytest loads it as a file of no package, and asks it for names."""
+    door: dict[str, Any] = {"__name__": "", "__package__": ""}
+    exec((ROOT / "__init__.py").read_text(encoding="utf-8"), door)
+    with pytest.raises(AttributeError):
+        door["__getattr__"]("pytest_plugins")

@@ -63,7 +63,7 @@ class TriangleScene:
             mesh = EmbreeMesh(self._scene, np.ascontiguousarray(vertices), np.ascontiguousarray(triangles))
         self._commit()
         self._life = _Life()
-        finalize(self._life, _let_go, [mesh, self._scene]).atexit = False
+        finalize(self._life, [mesh, self._scene].clear).atexit = False
 
     def _commit(self) -> None:
         """Build the tree now: embreex builds it in the first query, which must not come from two threads at once."""
@@ -106,10 +106,6 @@ class TriangleScene:
 
 class _Life:
     """As long as it lasts its tree is needed."""
-
-
-def _let_go(held: list[Any]) -> None:
-    held.clear()
 
 
 def same_bytes(a: NDArray[Any], b: NDArray[Any]) -> bool:

@@ -77,8 +77,8 @@ def _trace(
     for passes in both:
         passes.totals = Totals.zeros(passes.grid, passes.filter, False, zeros=passes.crew.zeros)
     pixels = np.arange(len(both[0].grid))
-    taken, count, done = 0, samples if deadline == math.inf else 1, False
-    try:
+    taken, count = 0, samples if deadline == math.inf else 1
+    with both[0], both[1]:
         while taken < samples:
             for number, passes in enumerate(both):
                 # Samples that see a flagged object do not count: the raster shows none there.
@@ -89,11 +89,8 @@ def _trace(
             count = min(taken, samples - taken)
             if time.perf_counter() - began > BUDGET_SHARE * (deadline - began):
                 break
-        done = True
-    finally:
-        for passes in both:
-            passes.end(kill=not done)
-            tally.merge(passes.tally)
+    for passes in both:
+        tally.merge(passes.tally)
     inside = both[0].grid.inside()
     return [passes.totals.mean(inside) for passes in both]
 

@@ -66,9 +66,14 @@ Do = Callable[[Job], tuple[Tally, bool]]
 """Does a job: what was counted, and whether it came to its end in time."""
 
 
+def wished(settings: Settings) -> int:
+    """How many are to work at once."""
+    return settings.threads or os.cpu_count() or 1
+
+
 def workers(settings: Settings) -> int:
     """How many threads work at once."""
-    return min(settings.threads or os.cpu_count() or 1, MOST_THREADS)
+    return min(wished(settings), MOST_THREADS)
 
 
 class Crew:
@@ -115,7 +120,7 @@ class Crew:
         """
         self.begun[:] = 0
         left, in_time = list(jobs), True
-        wanted = min(self._settings.threads or os.cpu_count() or 1, len(jobs)) if forked else 0
+        wanted = min(wished(self._settings), len(jobs)) if forked else 0
         if wanted or self._processes is not None:
             try:
                 left, in_time = self._over_processes(wanted, do, left, finished, watch)

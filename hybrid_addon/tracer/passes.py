@@ -9,7 +9,6 @@ nor the size of portions and blocks changes one bit.
 from __future__ import annotations
 
 import math
-import os
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 
 from .camera import generate_rays, points_on_lens
 from .compiled import CompiledScene
-from .crew import FEWEST, Crew, Job, workers
+from .crew import FEWEST, Crew, Job, wished, workers
 from .film import Grid, PixelFilter
 from .primitives import PrimitiveSet
 from .rays import Rays, camera_rays
@@ -95,7 +94,7 @@ class Pass:
 
 
 class Passes:
-    """Runs passes over pixels of a window: all of them, or those `wanted` (h, w). To be ended with `end`.
+    """Runs passes over pixels of a window: all of them, or those `wanted` (h, w). To be used in a `with`.
 
     filter, grid : what samples count for, and the pixels that are traced.
     totals       : what the passes add to, set by whoever begins.
@@ -123,7 +122,7 @@ class Passes:
 
         progress : the fractions done before and after this pass.
         """
-        threads = self.settings.threads or os.cpu_count() or 1
+        threads = wished(self.settings)
         n, kind = len(pixels) * work.count, self._kind(work.seen)
         forked = self.crew.forks and threads >= FEWEST and (n >= WORTH_IT or self.crew.has_processes)
         threads = threads if forked else workers(self.settings)
@@ -149,13 +148,16 @@ class Passes:
     def develop_all(self, longest: int) -> None:
         """Develop all pixels, at most so many at once."""
         n, many = len(self.grid), self.crew.many()
-        size = max(-(-n // max(-(-n // (many * longest)) * many, 1)), 1)  # even bands
+        size = max(math.ceil(n / (many * max(math.ceil(n / (many * longest)), 1))), 1)  # even, and as many for each
         jobs = [Job(k, start, min(start + size, n), DEVELOP) for k, start in enumerate(range(0, n, size))]
         self.crew.run(self._do, jobs, False, self.tally.merge, lambda: None)
 
-    def end(self, kill: bool = False) -> None:
-        """Let the crew go."""
-        self.crew.end(kill)
+    def __enter__(self) -> Passes:
+        return self
+
+    def __exit__(self, error: object, *_: object) -> None:
+        """Let the crew go, at once if something went wrong."""
+        self.crew.end(kill=error is not None)
 
     def report(self, fraction: float) -> None:
         """Tell the caller how far we are; raises Cancelled if it has had enough."""
@@ -167,7 +169,7 @@ class Passes:
         """The kind of the jobs in which camera rays see this."""
         kind = next((k for k, known in enumerate(self._seen) if known is seen), len(self._seen))
         if kind == len(self._seen):
-            self.end()  # processes that are there do not know it
+            self.crew.end()  # processes that are there do not know it
             self._seen.append(seen)
         return kind
 

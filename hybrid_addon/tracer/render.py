@@ -113,8 +113,8 @@ class _Frame:
 
     def render(self) -> Film:
         """Trace all wanted pixels, fill those that no sample hit, and develop."""
-        began, done = time.perf_counter(), False
-        try:
+        began = time.perf_counter()
+        with self.passes:
             if self.settings.raster_shadows:
                 self._work_on_raster()
                 if self.scene.backing is not None and self.shadow is not None:
@@ -126,14 +126,12 @@ class _Frame:
             self.passes.report(1.0)
             sampled = time.perf_counter()
             self.passes.develop_all(BAND)
-            done = True
-        finally:
-            self.passes.end(kill=not done)
         with self.tally.phase("develop"):
             self.schedule.note_errors()
             film = self._finished(found)
         for phase in PHASES:
             film.time[phase] = {"wall": self.tally.wall[phase], "cpu": self.tally.cpu[phase]}
+        # Of the others the seconds of all threads; of this one how long ago the last sample was taken.
         film.time["develop"]["wall"] = time.perf_counter() - sampled
         film.time["trace"] = {"wall": time.perf_counter() - began, "cpu": self._cpu()}
         film.time["total"] = {"wall": time.perf_counter() - self.began, "cpu": self._cpu()}

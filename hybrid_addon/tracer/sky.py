@@ -120,18 +120,18 @@ class Sky:
         return total
 
     def _kept(self, full: Float32, latitude: Array, longitude: Array, share: Array, total: Sums) -> Float32:
-        """Rows (h, w, 3 or 4) no brighter than the threshold; what is over it goes to the sums."""
+        """Rows (h, w, 3 or 4), made no brighter than the threshold; what is over it goes to the sums."""
         row, column = _brighter(full, self._threshold)
         if len(row) == 0:
             return full
-        kept, bright = full.copy(), full[row, column, :3].T
+        bright = full[row, column, :3].T
         dimmed = _no_brighter(bright, self._threshold)
-        kept[row, column, :3] = dimmed.T
+        full[row, column, :3] = dimmed.T
         excess = (bright - dimmed).astype(np.float64)
         flat, turn = np.cos(latitude[row]), longitude[column]
         direction = np.stack([flat * np.cos(turn), flat * np.sin(turn), np.sin(latitude[row])])
         total.add_excess(excess, direction, share[row])
-        return kept
+        return full
 
     def sun(self, sums: Sums, angle: float, cast_shadow: bool) -> SunLight | None:
         """What is over the threshold, as one light from the mean of its directions; None if nothing is."""

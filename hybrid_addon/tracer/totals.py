@@ -225,8 +225,8 @@ class Totals:
 
     def _gathered(self, sources: list[Source], rows: slice) -> Float64:
         """(c, m): what pixels get from themselves and from those around them, each weighed by its number of samples."""
-        share = 1 / np.arange(1, self._most(sources) + 1)
-        shares = np.concatenate([[0.0], share])  # by the number of samples
+        shares = 1 / np.maximum(np.arange(_most(sources) + 1), 1)  # by the number of samples
+        shares[0] = 0
         result = np.zeros((len(self.given[0, rows]), len(sources[0][1])))
         for plane, (source, taken) in zip(self.given, sources, strict=True):
             share = shares.take(taken)
@@ -238,7 +238,7 @@ class Totals:
 
     def _all_seen(self, sources: list[Source]) -> Float64:
         """(m,): what SEEN would be if all samples counted."""
-        most = self._most(sources)
+        most = _most(sources)
         means = np.zeros((len(self.filter.offsets), most + 1))
         np.cumsum(self.filter.weights(0, most), axis=1, out=means[:, 1:])
         means[:, 1:] /= np.arange(1, most + 1)
@@ -246,10 +246,6 @@ class Totals:
         for table, (_, taken) in zip(means, sources, strict=True):
             result += table.take(taken)
         return result
-
-    def _most(self, sources: list[Source]) -> int:
-        """Samples of any pixel."""
-        return max(int(np.max(taken, initial=0)) for _, taken in sources)
 
     def _sources(self, pixels: Pixels) -> list[Source]:
         """For each offset of the filter, the pixels (m,) that give to `pixels` over it, and how many samples they have:
@@ -286,6 +282,11 @@ def _quotient(sums: NDArray, seen: NDArray) -> Float32:
     """Sums (..., m) over seen (m,); 0 where that is 0."""
     with np.errstate(all="ignore"):
         return np.asarray((sums / _or_one(seen)).astype(np.float32))
+
+
+def _most(sources: list[Source]) -> int:
+    """Samples of any pixel."""
+    return max(int(np.max(taken, initial=0)) for _, taken in sources)
 
 
 def _or_one(a: NDArray) -> NDArray:

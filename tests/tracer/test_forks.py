@@ -137,7 +137,7 @@ def test_no_more_are_started_than_the_passes_need(scene, monkeypatch):
     """To develop the picture those do that are there, however many pieces it is in."""
     made, init = [], forks.Forks.__init__
     monkeypatch.setattr(forks.Forks, "__init__", lambda self, n, *a: (made.append(n), init(self, n, *a))[1])
-    monkeypatch.setattr(passes, "SMALLEST_PORTION", 1 << 16)  # two portions
+    monkeypatch.setattr(passes, "SMALLEST_PORTION", 1 << 17)  # of which there is one
     monkeypatch.setattr(render, "BAND", 1000)
     film = trace(scene, replace(HOW, samples=4, adaptive=0.0, threads=8, processes=True))
     assert made == [1]
