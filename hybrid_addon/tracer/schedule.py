@@ -20,6 +20,7 @@ from .compiled import CompiledScene
 from .constants import COARSEST, FIRST_SAMPLES, SAMPLING_SLOPE
 from .passes import Pass, Passes, Pixels
 from .totals import ESTIMATED, SEEN, Totals, neighbours_rmse
+from .vectors import evenly
 
 END = 0.95
 """The fraction of the progress at which all samples are taken."""
@@ -130,8 +131,7 @@ class Schedule:
         """The error to expect of the samples, over the traced pixels and as they show."""
         if self._audit is not None and self._audit.left_alone:
             self.sampling["audit"] = self._audit.result(self.totals, self.settings.adaptive)
-        pixels = self.passes.grid.inside()
-        pixels = pixels[:: max(1, len(pixels) // ESTIMATED)]
+        pixels = evenly(self.passes.grid.window >= 0, ESTIMATED)
         variance = self.totals.variance_of_mean(pixels)
         if self.weight is not None:
             variance *= self.weight[pixels] ** 2

@@ -14,7 +14,7 @@ from .constants import HALVES_TO_ERROR, SAMPLING_SLOPE
 from .crew import Zeros
 from .film import Grid, PixelFilter
 from .sums import LIGHT_PASSES, Sums
-from .vectors import Index, as_slice, flatnonzero, take, write
+from .vectors import Index, as_slice, evenly, flatnonzero, take, write
 
 Bools = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
@@ -304,8 +304,7 @@ def neighbours_rmse(
 
     mean : gives (3, m) of pixels.   traced : (n,) with a sample.   weight : (n,), the pixel's share; None: 1.
     """
-    known, step = np.flatnonzero(traced), 1
-    known = known[:: max(1, len(known) // ESTIMATED)]
+    known, step = evenly(traced, ESTIMATED), 1
     while step < max(grid.size):
         squared, pairs = 0.0, 0
         for offset in ((step, 0), (0, step)):

@@ -73,6 +73,14 @@ def flatnonzero(mask: Array) -> NDArray[np.intp]:
     return mask.nonzero()[0]
 
 
+def evenly(mask: NDArray[np.bool_], number: int) -> NDArray[np.intp]:
+    """Numbers of the True elements of (n,): of every second, third, ... if they are that many times `number`."""
+    there = np.count_nonzero(mask)
+    step = max(1, there // number)
+    # Of a whole picture no list of all: to be given new memory costs ten times as much as to write to it.
+    return np.arange(0, len(mask), step, dtype=np.intp) if there == len(mask) else flatnonzero(mask)[::step]
+
+
 def select(mask: NDArray[np.bool_]) -> Index:
     """Index of the True elements: everything as a slice (no copies), else a stable index array."""
     chosen = flatnonzero(mask)

@@ -93,6 +93,22 @@ def reload_texture(_scene):
     b_image.reload()
 
 
+def pack_texture(_scene):
+    bpy.data.images["paint.png"].pack()
+
+
+def paint_texture(_scene):
+    """In Blender, as with a brush: in no file, packed or not."""
+    b_image = bpy.data.images["paint.png"]
+    b_image.pixels[:4] = (0.0, 1.0, 1.0, 1.0)
+    b_image.update()
+
+
+def change_colour_space(_scene):
+    """What Blender has of the picture stays as it is; what it means does not."""
+    bpy.data.images["paint.png"].colorspace_settings.name = "Non-Color"
+
+
 def flag_on(_scene):
     mark(bpy.data.objects["Ball"], reflectivity=0.7)
 
@@ -127,7 +143,10 @@ def move(_scene):
     bpy.data.objects["Floor"].location.z -= 0.25
 
 
-CHANGES = (change_material, reload_texture, flag_on, flag_off, edit_mesh, move, add, hide_collection, delete)
+CHANGES = (
+    *(change_material, reload_texture, pack_texture, paint_texture, change_colour_space, flag_on, flag_off, edit_mesh),
+    *(move, add, hide_collection, delete),
+)
 
 
 def test_every_edit_is_seen(still_life):
@@ -136,7 +155,7 @@ def test_every_edit_is_seen(still_life):
     for change in CHANGES:
         change(still_life)
         after = both(still_life, 1)
-        assert change is flag_off or not np.array_equal(before.image, after.image), change.__name__
+        assert change in (flag_off, pack_texture) or not np.array_equal(before.image, after.image), change.__name__
         assert kept(after).get("meshes", 0) >= 1, change.__name__
         before = after
 
@@ -158,6 +177,16 @@ def test_what_is_kept_is_let_go_of(still_life):
     render(still_life)
     bpy.ops.wm.read_factory_settings()
     assert keep._last is None
+
+
+@pytest.mark.parametrize("change", [pack_texture, paint_texture])
+def test_a_picture_that_lives_in_blender_is_kept_until_it_changes(still_life, change):
+    change(still_life)
+    assert "images" not in kept(both(still_life, 1))
+    assert kept(both(still_life, 2))["images"] == 1
+    paint_texture(still_life)
+    bpy.data.images["paint.png"].pixels[4:8] = (1.0, 0.0, 1.0, 1.0)
+    assert "images" not in kept(both(still_life, 3))
 
 
 def test_what_is_kept_of_meshes_and_images_is_bounded(still_life):

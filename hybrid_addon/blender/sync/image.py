@@ -66,14 +66,10 @@ class Images:
         if b_image.source == "MOVIE":
             self._warn.add(f"image {b_image.name!r}: only the current frame of it is used")
         pixels = None if _lives_in_blender(b_image) else self._of_file(b_image, path)
+        if pixels is None:
+            pixels = self._of_blender(b_image)
         if pixels is not None:
             return pixels
-        # Blender's own pictures are locked while it draws them (main_thread.py), and EEVEE draws none of them.
-        raw = None if b_image.source == "VIEWER" else _read_blender_pixels(b_image)
-        if raw is not None:
-            return self._finished(
-                b_image, raw, premultiplied=_float_is_premultiplied(b_image), encoded=not b_image.is_float
-            )
         self._warn.add(f"image {b_image.name!r}: cannot read {path or 'it'}; it is drawn pink")
         return np.full((1, 1, 4), MISSING_COLOR, np.float32)
 
@@ -81,29 +77,50 @@ class Images:
         """Its pixels in that file, the last frame's if nothing has changed; None where it cannot be read."""
         if not os.path.isfile(path):
             return None
-        state = _state_of(b_image, path)
+        state = (*_file_state(path), *_state_of(b_image))
         pixels = self._kept.image(state)
-        return self._from_file(b_image, path, state) if pixels is None else pixels
-
-    def _from_file(self, b_image: bpy.types.Image, path: str, state: tuple[object, ...]) -> Float32 | None:
-        """Its pixels, kept for the next frame unless there is something to be said of them each time."""
-        raw, said = read_file(path), len(tuple(self._warn))
-        if raw is None:
-            return None
-        pixels = self._finished(b_image, raw, premultiplied=b_image.alpha_mode == "PREMUL", encoded=True)
-        if len(tuple(self._warn)) == said:
-            self._kept.keep_image(state, pixels)
+        raw = read_file(path) if pixels is None else None
+        if raw is not None:
+            premultiplied = b_image.alpha_mode == "PREMUL"
+            pixels = self._finished(b_image, raw, state, premultiplied=premultiplied, encoded=True)
         return pixels
 
-    def _finished(self, b_image: bpy.types.Image, raw: Float32, *, premultiplied: bool, encoded: bool) -> Float32:
-        """`raw` (h, w, channels) with four channels, straight alpha and linear colour."""
-        rgba = four_channels(raw)
+    def _of_blender(self, b_image: bpy.types.Image) -> Float32 | None:
+        """Its pixels as Blender has them, the last frame's if they were made of the same."""
+        # Blender's own pictures are locked while it draws them (main_thread.py), and EEVEE draws none of them.
+        raw = None if b_image.source == "VIEWER" else _read_blender_pixels(b_image)
+        if raw is None:
+            return None
+        state = _state_of(b_image)
+        pixels = self._kept.image(state, raw)
+        if pixels is None:
+            how = {"premultiplied": _float_is_premultiplied(b_image), "encoded": not b_image.is_float}
+            pixels = self._finished(b_image, raw, state, raw, **how)
+        return pixels
+
+    def _finished(
+        self,
+        b_image: bpy.types.Image,
+        raw: Float32,
+        state: tuple[object, ...],
+        compared: Float32 | None = None,
+        *,
+        premultiplied: bool,
+        encoded: bool,
+    ) -> Float32:
+        """`raw` (h, w, channels) with four channels, straight alpha and linear colour.
+
+        Kept for the next frame by `state` and what is `compared`, unless something has to be said of it each time.
+        """
+        rgba, said = four_channels(raw), len(tuple(self._warn))
         if b_image.alpha_mode == "NONE":
             rgba[..., 3] = 1.0
         elif premultiplied:
             _unpremultiply(rgba)
         if encoded:
             self._linearise(b_image, rgba)
+        if len(tuple(self._warn)) == said:
+            self._kept.keep_image(state, rgba, compared)
         return rgba
 
     def _linearise(self, b_image: bpy.types.Image, rgba: Float32) -> None:
@@ -157,14 +174,17 @@ def _saved(b_image: bpy.types.Image) -> Iterator[str]:
         yield path
 
 
-def _state_of(b_image: bpy.types.Image, path: str) -> tuple[object, ...]:
-    """All that the pixels of an image file depend on."""
+def _file_state(path: str) -> tuple[object, ...]:
+    """All that what is in a file depends on, short of reading it."""
     status = os.stat(path)
+    return (path, status.st_mtime_ns, status.st_size, status.st_ino)
+
+
+def _state_of(b_image: bpy.types.Image) -> tuple[object, ...]:
+    """All that the pixels of an image depend on, beside what is read."""
     colors = b_image.colorspace_settings
-    file = (path, status.st_mtime_ns, status.st_size, status.st_ino)
     return (
         b_image.name_full,
-        *file,
         b_image.alpha_mode,
         colors.name,
         colors.is_data,

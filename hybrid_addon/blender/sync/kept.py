@@ -3,7 +3,8 @@
 A final render builds a dependency graph of its own for every frame, in which everything counts as updated and lies at
 new addresses (only with Persistent Data does it tell what has changed). So a mesh is read again, which is a copy of its
 arrays, and compared with the last one, byte for byte: the same is the *same object*, by which the tracer knows that
-nothing has to be done about it. An image file is read again if its name, size, time or colour settings have changed.
+nothing has to be done about it. So are pictures that live in Blender (packed, painted, generated): read, and compared
+with what was read of the last one. An image file is read again if its name, size, time or colour settings have changed.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from ...scene import Float32, Float64, TriangleMesh
 
 MAX_BYTES = 1 << 30
 """What is kept of meshes, and of images, at most."""
+
+KeptImage = tuple[Float32 | None, Float32]  # what was read, where that is compared; the pixels made of it
 
 
 class Kept:
@@ -36,7 +39,7 @@ class Kept:
         """Let go of everything."""
         self.meshes = self.images = 0
         self._meshes: tuple[dict[Hashable, TriangleMesh], dict[Hashable, TriangleMesh]] = ({}, {})
-        self._images: tuple[dict[Hashable, Float32], dict[Hashable, Float32]] = ({}, {})
+        self._images: tuple[dict[Hashable, KeptImage], dict[Hashable, KeptImage]] = ({}, {})
         self._room = [MAX_BYTES, MAX_BYTES]
         self._places: dict[str, set[Hashable]] = {}
         self._seen: dict[str, set[Hashable]] = {}
@@ -63,19 +66,20 @@ class Kept:
             self._meshes[1][key] = found
         return found
 
-    def image(self, key: Hashable) -> Float32 | None:
-        """The last frame's pixels of this key, if it has left any."""
-        found = self._images[0].get(key)
-        if found is not None:
-            self.images += 1
-            self.keep_image(key, found)
-        return found
+    def image(self, key: Hashable, raw: Float32 | None = None) -> Float32 | None:
+        """The last frame's pixels of this key, if it has left any; if `raw` is given, made of the same."""
+        old, pixels = self._images[0].get(key, (None, None))
+        if pixels is None or not same(old, raw):
+            return None
+        self.images += 1
+        self.keep_image(key, pixels, old)
+        return pixels
 
-    def keep_image(self, key: Hashable, pixels: Float32) -> None:
-        """Leave them for the next frame."""
-        self._room[1] -= pixels.nbytes
+    def keep_image(self, key: Hashable, pixels: Float32, raw: Float32 | None = None) -> None:
+        """Leave them for the next frame, and what they were made of, where the key does not say all of that."""
+        self._room[1] -= pixels.nbytes + (0 if raw is None else raw.nbytes)
         if self._room[1] >= 0:
-            self._images[1][key] = pixels
+            self._images[1][key] = (raw, pixels)
 
     def has_moved(self, name: str, mesh: TriangleMesh, matrix: Float64) -> bool:
         """Whether an object has been elsewhere, or of another shape, in any frame so far."""
@@ -102,11 +106,12 @@ def same_mesh(a: TriangleMesh, b: TriangleMesh) -> bool:
 def same(a: Any, b: Any) -> bool:
     """Whether two values are equal, arrays byte for byte."""
     if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
-        return a.dtype == b.dtype and a.shape == b.shape and np.array_equal(_bytes(a), _bytes(b))
+        return a.dtype == b.dtype and a.shape == b.shape and np.array_equal(_bits(a), _bits(b))
     if isinstance(a, dict) and isinstance(b, dict):
         return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
     return type(a) is type(b) and bool(a == b)
 
 
-def _bytes(a: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    return np.ascontiguousarray(a).reshape(-1).view(np.uint8)
+def _bits(a: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """An array as whole numbers, as few as may be: what a comparison takes most of its time for is its own result."""
+    return np.ascontiguousarray(a).reshape(-1).view(np.uint8 if a.nbytes % 8 else np.uint64)
