@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import bpy
@@ -11,6 +11,7 @@ import hybrid_addon as hybrid
 from hybrid_addon.blender import opengl, pipeline, results
 from hybrid_addon.blender.settings import tracer_settings
 from hybrid_addon.blender.sync import translate
+from hybrid_addon.presets import Quality
 from hybrid_addon.scene import Float32, Scene, Settings
 from hybrid_addon.tracer import Kept, trace
 
@@ -37,9 +38,15 @@ def without_opengl() -> str:
     return opengl.missing() or ""
 
 
-def render(scene: bpy.types.Scene, mode: str, eevee: int, samples: int, adaptive: float = 0.0) -> dict[str, Any]:
-    """One frame through Blender's render pipeline; the report of what was traced, {} in mode RASTER."""
-    scene.hybrid.mode, scene.hybrid.samples, scene.hybrid.adaptive = mode, samples, adaptive
+def render(scene: bpy.types.Scene, mode: str, eevee: int, samples: int, **others: float) -> dict[str, Any]:
+    """One frame through Blender's render pipeline; the report of what was traced, {} in mode RASTER.
+
+    others : of the quality's settings (`presets.Quality`) what is not as a new scene has it.
+    """
+    for name in (field.name for field in fields(Quality)):
+        scene.hybrid.property_unset(name)
+    for name, value in {"mode": mode, "samples": samples, **others}.items():
+        setattr(scene.hybrid, name, value)
     scene.eevee.taa_render_samples = eevee
     pipeline.sync(scene)
     bpy.ops.render.render(scene=scene.name)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+from hybrid_addon.presets import QUALITY
+
 from . import files
 from .measure import Bench
 from .table import Cell, Goal, Table
@@ -12,6 +14,7 @@ SUPERSAMPLES = 16
 MODES = ("RASTER", "HYBRID", "FULL")
 EEVEE_SAMPLES = 64
 ADAPTIVE = 0.05
+DRAFT = QUALITY["DRAFT"][2]
 PHASES = ("raster", "translate", "build", "trace", "composite")
 
 
@@ -58,13 +61,15 @@ def hybrid(bench: Bench) -> list[Table]:
     frames = {
         "EEVEE alone": partial(files.render, scene, "RASTER", eevee, SUPERSAMPLES),
         "hybrid": partial(files.render, scene, "HYBRID", eevee, SUPERSAMPLES),
-        "hybrid, adaptive": partial(files.render, scene, "HYBRID", eevee, SUPERSAMPLES, ADAPTIVE),
+        "hybrid, adaptive": partial(files.render, scene, "HYBRID", eevee, SUPERSAMPLES, adaptive=ADAPTIVE),
+        "hybrid, Draft": partial(files.render, scene, "HYBRID", eevee, DRAFT.samples, max_depth=DRAFT.max_depth, cutoff=DRAFT.cutoff),
     }
     timings = bench.side_by_side(frames)
     table = Table(
         f"A hybrid frame: intermediate, {size[0]}x{size[1]}, {eevee} EEVEE samples, {SUPERSAMPLES} tracer samples",
         ["frame", "wall s", "cpu s", "of EEVEE's", *(f"{phase} s" for phase in PHASES)],
-        note=f"Adaptive: {SUPERSAMPLES} samples where {ADAPTIVE:g} of contrast asks for them, as in the preset Final.",
+        note=f"Adaptive: {SUPERSAMPLES} samples where {ADAPTIVE:g} of contrast asks for them, as in the preset Final. "
+        f"Draft: that preset, {DRAFT.samples} samples.",
     )
     alone = timings["EEVEE alone"]
     for name, timing in timings.items():
