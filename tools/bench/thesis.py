@@ -58,11 +58,12 @@ def hybrid(bench: Bench) -> list[Table]:
     scene = files.open_scene("intermediate", size)
     files.warm_up(scene)
     files.warm_up(scene, "RASTER")
+    hurried = {"max_depth": DRAFT.max_depth, "cutoff": DRAFT.cutoff}
     frames = {
         "EEVEE alone": partial(files.render, scene, "RASTER", eevee, SUPERSAMPLES),
         "hybrid": partial(files.render, scene, "HYBRID", eevee, SUPERSAMPLES),
         "hybrid, adaptive": partial(files.render, scene, "HYBRID", eevee, SUPERSAMPLES, adaptive=ADAPTIVE),
-        "hybrid, Draft": partial(files.render, scene, "HYBRID", eevee, DRAFT.samples, max_depth=DRAFT.max_depth, cutoff=DRAFT.cutoff),
+        "hybrid, Draft": partial(files.render, scene, "HYBRID", eevee, DRAFT.samples, **hurried),
     }
     timings = bench.side_by_side(frames)
     table = Table(
