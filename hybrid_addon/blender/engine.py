@@ -17,7 +17,7 @@ import numpy as np
 
 from ..report.frame import frame_report
 from ..scene import Film, Float32, Raster
-from . import abort, images, keep, layers, pipeline, raster, results, retrace, shadows
+from . import abort, evaluated, keep, layers, pipeline, raster, results, retrace, shadows
 from .settings import public_settings, tracer_settings
 
 Progress = Callable[[str, float], bool]
@@ -53,7 +53,8 @@ class HybridTracer(bpy.types.RenderEngine):
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Trace one frame. An error is one line in the interface and in the console, and leaves no picture."""
-        if images.EMPTY_MARK in depsgraph.scene:
+        if evaluated.EMPTY_MARK in depsgraph.scene:
+            evaluated.seen(depsgraph)
             self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
             return
         scene = depsgraph.scene.background_set if pipeline.TRACE_MARK in depsgraph.scene else None

@@ -11,12 +11,11 @@ import bpy
 import numpy as np
 
 from ..scene import Float32
-from . import files, main_thread, pipeline
+from . import evaluated, files, main_thread
 from .errors import HybridError
 
 _CHANNELS = "RGBA"
 RENDER_RESULT = "Render Result"
-EMPTY_MARK = "hybrid_empty"  # custom property on a scene that is rendered for nothing
 
 
 def read_render_result(scene: bpy.types.Scene, check: Callable[[], None] | None = None) -> dict[str, Float32]:
@@ -45,19 +44,8 @@ def ensure_render_result() -> None:
     operator makes it before it renders, so here it renders a scene with nothing in it, by our own engine. Not during a
     render.
     """
-    if RENDER_RESULT in bpy.data.images:
-        return
-    with pipeline.guard():
-        empty = bpy.data.scenes.new("Hybrid Empty")
-        camera = bpy.data.cameras.new("Hybrid Empty")
-        try:
-            empty.render.engine, empty[EMPTY_MARK] = pipeline.ENGINE, True
-            empty.camera = bpy.data.objects.new("Hybrid Empty", camera)  # without one Blender ends the process
-            empty.render.resolution_x = empty.render.resolution_y = 4
-            bpy.ops.render.render(scene=empty.name)
-        finally:
-            bpy.data.cameras.remove(camera)  # and with it the object
-            bpy.data.scenes.remove(empty)
+    if RENDER_RESULT not in bpy.data.images:
+        evaluated.render_nothing()
 
 
 def read_exr(path: str | os.PathLike[str]) -> dict[str, Float32]:

@@ -1,4 +1,7 @@
-"""The two view layers that matter: the user's, and the mask layer, which imitates it and holds our collection out."""
+"""The two view layers that matter: the user's, and the mask layer, which imitates it and holds our collection out.
+
+And what else it depends on what the objects in a layer look like.
+"""
 
 from __future__ import annotations
 
@@ -20,6 +23,20 @@ _LAYER_SETTINGS = (
     "use_motion_blur",
     "use_freestyle",
 )
+
+
+# How the names of those render settings begin on which it depends what shape objects have, and where they are.
+_EVALUATION = ("use_simplify", "simplify_", "frame_map_", "fps")
+
+
+def copy_evaluation(scene: bpy.types.Scene, to: bpy.types.Scene) -> None:
+    """Let `to`, a scene of ours that shows the objects of another, evaluate them as that one does."""
+    for name in scene.render.bl_rna.properties.keys():
+        if name.startswith(_EVALUATION):
+            set_(to.render, name, getattr(scene.render, name))
+    set_(to, "use_gravity", scene.use_gravity)
+    if tuple(to.gravity) != tuple(scene.gravity):
+        to.gravity = scene.gravity
 
 
 def source_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer:

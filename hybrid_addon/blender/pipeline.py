@@ -20,7 +20,7 @@ import bpy
 from . import nodes, opengl
 from .errors import HybridError
 from .flags import Flags
-from .layers import SOURCE_MARK, mask_layer, set_, source_layer, sync_mask_layer
+from .layers import SOURCE_MARK, copy_evaluation, mask_layer, set_, source_layer, sync_mask_layer
 from .restore import Restore
 
 COLLECTION = "Hybrid Traced"
@@ -106,20 +106,26 @@ def needs_albedo(scene: bpy.types.Scene) -> bool:
 
 
 def flagged_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """The ray traced objects that the user's layer renders, each once, in the order of its collections.
+    """The ray traced ones of them."""
+    flags = Flags(scene)
+    return [b_object for b_object in rendered_objects(scene) if flags.is_ray_traced(b_object)]
+
+
+def rendered_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The objects whose collections the user's layer renders, each once, in the order of these.
 
     Only through collections that are neither excluded from the layer nor disabled for rendering: linking an object
     into our collection must not bring back what the user has switched off.
     """
     found: dict[str, bpy.types.Object] = {}
-    ours, flags = own_collection(scene), Flags(scene)
+    ours = own_collection(scene)
 
     def walk(layer_collection: bpy.types.LayerCollection) -> None:
         collection = layer_collection.collection
         if collection == ours or collection.hide_render:
             return
         if not layer_collection.exclude:
-            found.update((ob.name_full, ob) for ob in collection.objects if flags.is_ray_traced(ob))
+            found.update((ob.name_full, ob) for ob in collection.objects)
         for child in layer_collection.children:
             walk(child)
 
@@ -280,8 +286,7 @@ def _sync_trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene:
         trace.background_set = scene
         trace.view_layers[0].name = TRACE_LAYER
     set_(trace, "camera", scene.camera or _marker_camera(scene))  # Blender refuses to render a scene without one
-    for name in ("fps", "fps_base"):  # geometry nodes that ask for seconds get those of the scene that is rendered
-        set_(trace.render, name, getattr(scene.render, name))
+    copy_evaluation(scene, trace)
     return trace
 
 

@@ -33,9 +33,9 @@ from ..report.sweep import (
 from ..scene import Float32, Float64, Settings
 from . import api, cycles, engine, files, pipeline, results
 from .errors import HybridError
+from .scan import translated
 from .settings import public_settings, tracer_settings
-from .sync import Translation, translate
-from .sync.light import Falloff
+from .sync import Translation
 
 SCHEMA = 1
 Say = Callable[[str], None]
@@ -59,7 +59,7 @@ def write(
     size = _set_up(scene, mode, resolution)
     raster, mask = _raster(scene, say)
     clock = results.Clock()
-    translation = _translated(scene, size, scene.hybrid.light_falloff)
+    translation = translated(scene, size)
     base = clock.read()
     studio = Studio(translation.scene, _settings(scene), mask)
     say(f"reference: up to {axes.reference_samples} samples, {axes.deepest} bounces")
@@ -132,12 +132,6 @@ def _settings(scene: bpy.types.Scene) -> Settings:
     return replace(tracer_settings(scene), raster_shadows=False)
 
 
-def _translated(scene: bpy.types.Scene, size: Size, light_falloff: Falloff) -> Translation:
-    layer = scene.view_layers[0]
-    layer.update()
-    return translate(layer.depsgraph, scene, size, (0, 0, *size), light_falloff=light_falloff)
-
-
 # ------------------------------------------------------------------------------------------------ Cycles
 
 
@@ -197,7 +191,7 @@ def _with_physical_lights(
     if scene.hybrid.light_falloff == "PHYSICAL" or not translation.scene.lights:
         return deep.picture
     say("our reference with physical lights, to compare with Cycles")
-    physical = _translated(scene, translation.scene.camera.resolution, "PHYSICAL")
+    physical = translated(scene, translation.scene.camera.resolution, "PHYSICAL")
     other = Studio(physical.scene, _settings(scene), studio.mask)
     film = other.trace(replace(deep.quality, samples=max(1, deep.quality.samples // 4)))
     return other.shown(film).astype(np.float64)

@@ -10,12 +10,16 @@ import bpy
 import numpy as np
 
 from ..scene import Raster, Scene
-from . import pipeline, raster
+from . import evaluated, pipeline, raster
 from .errors import HybridError
 from .settings import public_settings, tracer_settings
 
 if TYPE_CHECKING:
     from .sync import Translation
+    from .sync.light import Falloff
+
+
+NAMED = 5  # objects that one warning names
 
 
 def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
@@ -105,14 +109,26 @@ def explain(x: int, y: int, scene: bpy.types.Scene | None = None) -> str:
     return pixel_text(ours, tree(CompiledScene(ours, settings), x, y), x, y)
 
 
-def translated(scene: bpy.types.Scene) -> Translation:
-    """The whole frame of a scene as it stands, without rendering it."""
+def translated(
+    scene: bpy.types.Scene, size: tuple[int, int] | None = None, light_falloff: Falloff | None = None
+) -> Translation:
+    """The whole frame of a scene as it stands, without rendering it.
+
+    size, light_falloff : others than the scene's.   Raises HybridError, UnsupportedError.
+    """
     from .sync import translate
 
-    depsgraph = scene.view_layers[0].depsgraph or bpy.context.evaluated_depsgraph_get()
-    depsgraph.update()
-    width, height = full_size(scene)
-    return translate(depsgraph, scene, (width, height), (0, 0, width, height), light_falloff=scene.hybrid.light_falloff)
+    width, height = size or full_size(scene)
+    falloff = light_falloff or scene.hybrid.light_falloff
+
+    def work(depsgraph: bpy.types.Depsgraph) -> Translation:
+        return translate(depsgraph, scene, (width, height), (0, 0, width, height), light_falloff=falloff)
+
+    found, other = evaluated.look(scene, work), evaluated.differs(scene)
+    if other:
+        names = ", ".join(other[:NAMED]) + (f" and {len(other) - NAMED} more" if len(other) > NAMED else "")
+        found = replace(found, warnings=(*found.warnings, f"seen as the viewport shows it, not as it renders: {names}"))
+    return found
 
 
 def full_size(scene: bpy.types.Scene) -> tuple[int, int]:
