@@ -52,6 +52,7 @@ class Audit:
         self.left_alone = 0
         self._pixels: list[Pixels] = []
         self._before: list[Float32] = []
+        self._taken: list[NDArray[np.int32]] = []
 
     def keep(self, totals: Totals, stopping: Pixels) -> Pixels:
         """Those of the pixels that could stop which are to go on; each is asked for once."""
@@ -60,11 +61,17 @@ class Audit:
         self.left_alone += len(stopping)
         self._pixels.append(kept)
         self._before.append(totals.own_mean(kept))
+        self._taken.append(totals.samples[kept])
         return kept
 
     def result(self, totals: Totals, tolerance: float) -> dict[str, float | int]:
-        """How wrong their first samples were: mean and largest error, and the share of pixels beyond the tolerance."""
+        """How wrong their first samples were: mean and largest error, and the share of pixels beyond the tolerance.
+
+        A time budget may end the picture before they were looked at: only those count that took as many samples again.
+        """
         pixels, before = np.concatenate(self._pixels), np.concatenate(self._before, axis=1)
+        checked = totals.samples[pixels] >= 2 * np.concatenate(self._taken)
+        pixels, before = pixels[checked], before[:, checked]
         after = totals.own_mean(pixels)
         error = np.abs(after - before).max(axis=0, initial=0.0)
         beyond = int(np.count_nonzero(contrast(after, before).max(axis=0, initial=0.0) > tolerance))

@@ -136,9 +136,11 @@ class Schedule:
         if self.weight is not None:
             variance *= self.weight[pixels] ** 2
         known = variance[np.isfinite(variance)]
-        self.sampling["rmse"] = (
-            float(np.sqrt(known.mean(dtype=np.float64))) if len(known) else self._rmse_from_neighbours()
-        )
+        square, share = float(known.sum(dtype=np.float64)) / max(len(known), 1), len(known) / max(len(variance), 1)
+        others = self._rmse_from_neighbours() if share < 1 else 0.0
+        # Of one sample each, with a few pixels that got more because none counted, these few say little of the rest.
+        both = share * square + (1 - share) * (others or 0.0) ** 2
+        self.sampling["rmse"] = None if others is None and share == 0 else math.sqrt(both)
         self.sampling["slope"] = SAMPLING_SLOPE
 
     def _rmse_from_neighbours(self) -> float | None:

@@ -143,6 +143,17 @@ def test_the_error_of_one_sample_is_told_by_its_neighbours(spheres, reference):
     assert 0.5 < film.sampling["rmse"] / rmse(film, reference) < 3
 
 
+def test_so_is_that_of_a_mask_whose_rim_got_more_samples(spheres):
+    """Where no sample counts, more are taken: these few pixels say nothing of the others."""
+    flagged = tuple(replace(i, ray_traced=n < 2) for n, i in enumerate(spheres.instances))
+    scene, one = replace(spheres, instances=flagged), replace(FULL, see="FLAGGED", samples=1)
+    mask = trace(scene, replace(one, samples=256)).coverage
+    film, deep = (trace(scene, replace(one, samples=n), mask) for n in (1, 512))
+    assert any(entry["what"] == "pixels without a sample" for entry in film.skipped)
+    error = ((film.radiance.astype(float) - deep.radiance) * mask[..., None])[mask > 0]
+    assert 0.5 < film.sampling["rmse"] / np.sqrt((error**2).mean()) < 3
+
+
 def test_noise_is_as_far_from_its_mean_as_neighbours_say():
     noise = np.random.default_rng(0).normal(1, 0.1, (3, 900 * 50)).astype(np.float32)
     weight, none = np.full(45000, 0.5, np.float32), np.zeros(45000, bool)
