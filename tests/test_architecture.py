@@ -14,7 +14,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "hybrid_addon"
-PURE = ("scene", "expressions", "procedural", "tracer", "compositor", "report", "stability")
+PURE = ("clock", "scene", "expressions", "procedural", "tracer", "compositor", "report", "stability")
 BLENDER_MODULES = ("bpy", "mathutils", "gpu", "bmesh", "bl_ui", "bpy_extras", "addon_utils")
 
 # Room: the rooms that it must never import. "" is the front hall, which may only be asked lazily, by name.

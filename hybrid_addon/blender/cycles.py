@@ -12,9 +12,10 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..clock import Clock
 from ..scene import Color, Expression, Float64, Scene, Surface
 from ..tracer.constants import FILTER_SIGMA
-from . import images, pipeline, results
+from . import images, pipeline
 from .errors import HybridError
 from .sync.settings import CustomSurface, custom_surface
 
@@ -49,7 +50,7 @@ def whitted_subset(b_scene: bpy.types.Scene, scene: Scene, max_depth: int) -> No
 def draw(b_scene: bpy.types.Scene, samples: int, seed: int) -> tuple[Float64, dict[str, float]]:
     """Radiance (h, w, 3), 0 outside of the render border, and what the whole render took."""
     b_scene.cycles.samples, b_scene.cycles.seed = samples, seed
-    clock = results.Clock()
+    clock = Clock()
     bpy.ops.render.render(scene=b_scene.name)
     spent = clock.read()
     planes = images.read_render_result(b_scene)

@@ -15,6 +15,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..clock import Clock
 from ..report.frame import frame_report
 from ..scene import Film, Float32, Raster
 from . import abort, evaluated, keep, layers, pipeline, raster, results, retrace, shadows
@@ -120,7 +121,7 @@ def trace_frame(
     timing = {"raster": results.since_start(scene.name)}
     mode = scene.hybrid.mode
 
-    clock = results.Clock()
+    clock = Clock()
     drawn, mask, depth, albedo = None, None, None, None
     again = held = retrace.held(scene)
     if again is not None:
@@ -132,7 +133,7 @@ def trace_frame(
         held = retrace.hold(scene, window, drawn, mask, depth, albedo)
     timing["mask read"] = clock.read()
 
-    clock, left = results.Clock(), keep.of(scene.name)
+    clock, left = Clock(), keep.of(scene.name)
     translation = _stage(
         progress, "Translating the scene", translate, depsgraph, scene, resolution, window,
         light_falloff=scene.hybrid.light_falloff, kept=left.meshes,

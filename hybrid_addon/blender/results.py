@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..clock import Clock
 from ..scene import Float32
 
 
@@ -23,18 +24,6 @@ class Frame:
     traced: Float32
     report: dict[str, Any]
     passes: dict[str, Float32] = field(default_factory=dict)
-
-
-@dataclass
-class Clock:
-    """Wall and processor seconds since it was made."""
-
-    wall: float = field(default_factory=time.perf_counter)
-    cpu: float = field(default_factory=time.process_time)
-
-    def read(self) -> dict[str, float]:
-        """{"wall": s, "cpu": s}; cpu counts all threads of the process."""
-        return {"wall": time.perf_counter() - self.wall, "cpu": time.process_time() - self.cpu}
 
 
 frames: dict[str, Frame] = {}  # by scene name

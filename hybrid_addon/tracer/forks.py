@@ -31,6 +31,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from ..clock import used_elsewhere
 from .tally import Tally
 
 AVAILABLE = sys.platform == "linux"
@@ -113,7 +114,9 @@ class Forks:
         if not text:
             return None
         *lines, self._text = (self._text + text).split(b"\n")
-        return [_answer(line) for line in lines]
+        found = [_answer(line) for line in lines]
+        used_elsewhere(sum(sum(answer.tally.cpu.values()) for answer in found))
+        return found
 
     def lost(self) -> dict[int, int]:
         """Number of each job whose process is no more -> the signal that ended it."""

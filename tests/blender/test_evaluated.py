@@ -1,4 +1,4 @@
-"""What is looked at without a render, and what the tracer gets in one, is what EEVEE draws: the scene as renders see it."""
+"""What is looked at without a render, and what the tracer gets in one, is what EEVEE draws: the scene of a render."""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hybrid_addon.clock import Clock
 from hybrid_addon.scene import PointLight, Settings, World
 from hybrid_addon.stability import effects
 from hybrid_addon.stability.build import shoot
@@ -105,6 +106,15 @@ def test_the_picture_is_that_of_threads(scene):
     assert processes.sampling == threads.sampling
     assert processes.time["shade"]["cpu"] > 0
     assert none_left(before)
+
+
+def test_what_they_use_of_the_processors_counts(scene):
+    """The clock of this process knows nothing of it."""
+    clock, here = Clock(), time.process_time()
+    film = trace(scene, replace(HOW, processes=True))
+    elsewhere = clock.read()["cpu"] - (time.process_time() - here)
+    assert elsewhere == pytest.approx(film.time["trace"]["cpu"], rel=0.5)
+    assert elsewhere > 0.5 * film.time["shade"]["cpu"] > 0
 
 
 @pytest.mark.parametrize("blurred", [False, True])

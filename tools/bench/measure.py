@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from hybrid_addon.clock import Clock
 from hybrid_addon.tracer.accel import embree_version
 
 from .table import Table
@@ -38,7 +39,7 @@ class Timing:
 
     @property
     def cpu(self) -> float:
-        """Median, all threads of this process."""
+        """Median, all threads of this process, and the processes that it forked."""
         return statistics.median(self.cpus)
 
     @property
@@ -52,10 +53,11 @@ class Timing:
 
     def run(self, work: Work) -> None:
         """One run more."""
-        wall, cpu = time.perf_counter(), time.process_time()
+        clock = Clock()
         result = work()
-        self.cpus.append(time.process_time() - cpu)
-        self.walls.append(time.perf_counter() - wall)
+        spent = clock.read()
+        self.cpus.append(spent["cpu"])
+        self.walls.append(spent["wall"])
         self.results.append(result)
 
 
