@@ -32,14 +32,19 @@ from .whitted import trace_rays
 Progress = Callable[[float], bool]
 Pixels = NDArray[np.intp]
 
-WORTH_IT = 1 << 15
-"""Camera rays, below which starting processes, some milliseconds each, and copying what they touch cost too much."""
+WORTH_IT = 0.03
+"""Seconds of one thread's work, below which starting processes, some milliseconds each, and copying what they touch
+cost too much."""
+
+FIRST_GUESS, OF_GLASS = 1e6, 2e5
+"""Camera rays a second of one thread, before any were traced; where rays are refracted each becomes many."""
 
 LONGEST_PORTION = 1 << 20
 """Camera rays of a portion: the sums of their samples take 80 bytes each, and share 64 bits with their budgets."""
 
-SMALLEST_PORTION = 1 << 13
-"""Small pictures are split evenly over the processes, but not into fewer camera rays than pay for a wave's overhead."""
+SMALLEST_PORTION, SHORTEST = 1 << 13, 0.02
+"""Small pictures are split evenly over the processes, but not into fewer camera rays than pay for a wave's overhead:
+so many, or of those that become many rays what takes so many seconds."""
 
 FOR_A_THREAD = 1 << 16
 """The same for threads: two with half as many each take up to 1.8 times as long as one with all. They hand the
@@ -124,13 +129,16 @@ class Passes:
         """
         threads = wished(self.settings)
         n, kind = len(pixels) * work.count, self._kind(work.seen)
-        forked = self.crew.forks and threads >= FEWEST and (n >= WORTH_IT or self.crew.has_processes)
+        speed = self.speed or (OF_GLASS if self.scene.plan.refraction else FIRST_GUESS)
+        worth_it = n >= WORTH_IT * speed or self.crew.has_processes
+        forked = self.crew.forks and threads >= FEWEST and worth_it
         threads = threads if forked else workers(self.settings)
         longest = LONGEST_PORTION
         if deadline < math.inf:
             at_risk = SHARE_AT_RISK * max(deadline - time.perf_counter(), 0.0)
             longest = int(min(max(at_risk * self.speed, SHORT_PORTION), LONGEST_PORTION))
-        portions = _portions(pixels, work.count, threads, longest, SMALLEST_PORTION if forked else FOR_A_THREAD)
+        smallest = min(SMALLEST_PORTION, int(SHORTEST * speed) + 1) if forked else FOR_A_THREAD
+        portions = _portions(pixels, work.count, threads, longest, smallest)
         jobs = self._jobs(portions, kind, work, deadline)
         done, until = progress
 

@@ -35,7 +35,7 @@ def scene(build):
 
 @pytest.fixture(autouse=True)
 def small(monkeypatch):
-    monkeypatch.setattr(passes, "WORTH_IT", 1)
+    monkeypatch.setattr(passes, "WORTH_IT", 0)
 
 
 def children(of=None):
@@ -148,6 +148,7 @@ def test_no_more_are_started_than_the_passes_need(scene, monkeypatch):
     made, init = [], forks.Forks.__init__
     monkeypatch.setattr(forks.Forks, "__init__", lambda self, n, *a: (made.append(n), init(self, n, *a))[1])
     monkeypatch.setattr(passes, "SMALLEST_PORTION", 1 << 17)  # of which there is one
+    monkeypatch.setattr(passes, "SHORTEST", 1e6)
     monkeypatch.setattr(render, "BAND", 1000)
     film = trace(scene, replace(HOW, samples=4, adaptive=0.0, threads=8, processes=True))
     assert made == [1]
