@@ -180,10 +180,19 @@ def trace_frame(
 
 
 def budget_warnings(scene: bpy.types.Scene, timing: dict[str, dict[str, float]], film: Film) -> list[str]:
-    """What a time budget cost beyond samples."""
+    """What a time budget cost beyond samples, and by what it was not held. timing: the phases before the tracer's."""
     budget, eevee = scene.hybrid.time_budget, timing["raster"]["wall"]
-    if 0 < budget < eevee:
+    if budget <= 0:
+        return []
+    if budget < eevee and scene.hybrid.mode != "FULL":
         return [f"EEVEE alone took {eevee:.1f} s of the time budget of {budget:g} s: lower its samples"]
+    others = {name: clock["wall"] for name, clock in timing.items() if name != "raster"}
+    ready, spent = sum(others.values()) + film.time["build"]["wall"], results.since_start(scene.name)["wall"]
+    if spent > budget:
+        return [
+            f"the frame took {spent:.2f} s, over its time budget of {budget:g} s: before the tracer {eevee:.2f} s, "
+            f"translating the scene and making it ready {ready:.2f} s, tracing {film.time['trace']['wall']:.2f} s"
+        ]
     if any(entry["what"] == "resolution" for entry in film.skipped):
         return [f"the time budget of {budget:g} s cost resolution: raise it, or lower Max Bounces"]
     return []
