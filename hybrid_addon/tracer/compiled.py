@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..scene import Camera, Scene, Settings
 from .backing import Backing
 from .camera import near_plane
-from .kept import Kept
+from .kept import MADE_READY, Kept
 from .lights import CompiledLight
 from .plan import Plan, prepare
 from .primitives import PrimitiveSet
@@ -122,6 +122,7 @@ class CompiledScene:
         what = self._kept.found
         found = [{"what": w, "why": "unchanged since the last frame", "count": n} for w, n in what.items() if n]
         self.plan.applies["unchanged"] = bool(found)
+        self.plan.saved["unchanged"] = what[MADE_READY]
         self.plan.skipped.extend(found)
 
     def seen_from(self, camera: Camera, settings: Settings) -> CompiledScene:

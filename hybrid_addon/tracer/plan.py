@@ -6,7 +6,7 @@ all that secondary rays can meet.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import cast
@@ -46,7 +46,8 @@ class Plan:
     occlusion : work out how much of the world's diffuse light is hidden.
     raster_shadows : work out the shadows of flagged objects on all others.
     backing   : secondary rays may meet what the raster shows.
-    applies   : pruning -> whether it is made.   skipped : what was left out: {"what", "why", "count"}.
+    applies   : pruning -> whether it is made.   saved : pruning -> how many of its unit.
+    skipped   : what was left out: {"what", "why", "count"}.
     """
 
     reflection: bool
@@ -68,6 +69,7 @@ class Plan:
     raster_shadows: bool
     backing: bool
     applies: dict[str, bool] = field(default_factory=dict)
+    saved: dict[str, int] = field(default_factory=dict)
     skipped: Skipped = field(default_factory=list)
 
     @property
@@ -80,8 +82,9 @@ class Plan:
         """Whether any local shading is left."""
         return self.ambient or self.diffuse or self.specular
 
-    def table(self) -> Skipped:
-        """Every pruning, as the report shows it."""
+    def table(self, saved: Mapping[str, int] | None = None) -> Skipped:
+        """Every pruning, as the report shows it. saved: how many of its unit, of those that only tracing can tell."""
+        counts = {**self.saved, **(saved or {})}
         return [
             {
                 "name": p.name,
@@ -89,6 +92,8 @@ class Plan:
                 "leaves_out": p.leaves_out,
                 "when": p.when,
                 "applies": self.applies.get(p.name, False),
+                "saved": counts.get(p.name) if p.unit and self.applies.get(p.name) else None,
+                "unit": p.unit,
             }
             for p in PRUNINGS
         ]
@@ -100,6 +105,7 @@ class _Notes:
 
     keep: frozenset[str]
     applies: dict[str, bool] = field(default_factory=dict)
+    saved: dict[str, int] = field(default_factory=dict)
     skipped: Skipped = field(default_factory=list)
 
     def spare(self, name: str, possible: bool, why: str = "", count: int = 1) -> bool:
@@ -107,6 +113,7 @@ class _Notes:
         left_out = bool(possible) and name not in self.keep
         self.applies[name] = self.applies.get(name, False) or left_out
         if left_out and why:
+            self.saved[name] = self.saved.get(name, 0) + count
             self.skipped.append({"what": BY_NAME[name].leaves_out, "why": why, "count": count})
         return left_out
 
@@ -260,6 +267,7 @@ def make_plan(
         raster_shadows=raster_shadows,
         backing=backed,
         applies=notes.applies,
+        saved=notes.saved,
         skipped=notes.skipped,
     )
     return plan, lights

@@ -17,7 +17,7 @@ from .film import fill_from_neighbours
 from .kept import Kept
 from .passes import Cancelled, Pass, Passes, Pixels, Progress
 from .photons import caustic
-from .schedule import END, Schedule, is_adaptive
+from .schedule import END, EVEN, Schedule, is_adaptive
 from .sums import wanted_parts
 from .tally import Tally
 from .totals import Totals
@@ -218,13 +218,26 @@ class _Frame:
                 **{name: counts[name] for name in invariants},
             },
             skipped=self.skipped,
-            plan=self.scene.plan.table(),
+            plan=self.scene.plan.table(self._saved()),
             sampling=self.schedule.sampling,
             shadow=self.shadow,
             caustic=self.caustic,
             passes=self._passes(parts),
             hits={name: counts[name] for name in ("backed", "not_backed")},
         )
+
+    def _saved(self) -> dict[str, int]:
+        """What prunings left out that only tracing can tell."""
+        counts, mask = self.tally.counts, self.mask
+        left_out = {
+            "weightless": "weightless", "any-hit": "any_hit", "unlit": "shadow_not_needed", "faint-light": "shadow_cut",
+            "cutoff": "cut",
+        }  # fmt: skip
+        return {
+            **{name: counts[counter] for name, counter in left_out.items()},
+            **{name: 0 if mask is None else int(np.count_nonzero(mask == 0)) for name in ("empty-mask", "unmasked")},
+            "adaptive": self.schedule.skipped["samples", EVEN],
+        }
 
     def _passes(self, parts: dict[str, Float32]) -> dict[str, Float32]:
         """The passes that are wanted, light passes among them; the others cost nothing."""

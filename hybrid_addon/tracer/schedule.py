@@ -25,6 +25,9 @@ from .vectors import evenly
 END = 0.95
 """The fraction of the progress at which all samples are taken."""
 
+EVEN = "their pixels are even (adaptive)"
+"""Why samples are left out."""
+
 
 class Schedule:
     """The passes over the pixels of one window.
@@ -124,7 +127,7 @@ class Schedule:
         kept = audit.keep(self.totals, pixels[~needed])
         left = np.union1d(pixels[needed], kept)
         even = (len(pixels) - len(left)) * (self.settings.samples - taken)
-        self._skip("samples", "their pixels are even (adaptive)", even)
+        self._skip("samples", EVEN, even)
         return left
 
     def note_errors(self) -> None:

@@ -112,6 +112,8 @@ def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally:
     may_pass = (may_bounce & split.bends) | ((rays.passes < MAX_STRAIGHT_PASSES) & ~split.bends)
     weightless = scene.plan.weightless
     reflected, transmitted = largest_component(split.reflected), largest_component(split.transmitted)
+    if not weightless:
+        tally.add("weightless", 2 * len(rays) - np.count_nonzero(reflected) - np.count_nonzero(transmitted))
     reflects = _within(rays, reflected, may_bounce, sums, weightless)
     transmits = _within(rays, transmitted, may_pass, sums, weightless)
     if sums.spent is None and np.count_nonzero(reflects) + np.count_nonzero(transmits) <= MAX_BRANCHES:

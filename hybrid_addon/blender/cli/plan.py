@@ -37,6 +37,9 @@ def _lines(plan: dict[str, Any]) -> list[str]:
         "settings: " + ", ".join(f"{name} {value}" for name, value in plan["settings"].items()),
         "counts: " + ", ".join(f"{name} {value}" for name, value in plan["counts"].items()),
         *(f"left out: {item['what']}: {item['why']}" for item in plan["skipped"]),
-        *(f"{_applies(item)}: {item['leaves_out']} ({item['class']}): {item['when']}" for item in plan["prunings"]),
+        *(
+            f"{_applies(item)}: {item['name']}: {item['leaves_out']} ({item['class']}): {item['when']}"
+            for item in plan["prunings"]
+        ),
         *(f"warning: {warning}" for warning in plan["warnings"]),
     ]
