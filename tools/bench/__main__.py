@@ -18,7 +18,7 @@ import bpy  # noqa: E402
 
 import hybrid_addon  # noqa: E402
 
-from . import cycles, povray, prunings, scaling, speed, thesis  # noqa: E402
+from . import cycles, povray, prunings, scaling, slope, speed, thesis  # noqa: E402
 from .measure import Bench, host  # noqa: E402
 from .table import Table, markdown  # noqa: E402
 
@@ -31,6 +31,7 @@ PARTS: dict[str, Callable[[Bench], list[Table]]] = {
     "povray": povray.against_povray,
     "coverage": scaling.coverage,
     "prunings": prunings.prunings,
+    "slope": slope.slope,
     "triangles": scaling.triangles,
     "lights": scaling.lights,
     "depth": scaling.depth,
