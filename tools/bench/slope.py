@@ -26,8 +26,8 @@ def slope(bench: Bench) -> list[Table]:
     table = Table(
         f"Error against samples, {size[0]}x{size[1]}",
         ["scene", *(f"RMSE, {n} samples" for n in COUNTS), "exponent"],
-        note=f"Against {deep * COUNTS[-1]} samples of other places, the mean of {SEEDS} seeds. Random samples: -0.5, edges "
-        f"with well spread ones: {EXPECTED}. In the Cornell box few pixels decide: they see its lamp, 40 times white.",
+        note=f"Against {deep * COUNTS[-1]} samples of other places, the mean of {SEEDS} seeds. Random samples: -0.5; edges, "
+        f"well spread ones: {EXPECTED}. In the Cornell box few pixels decide: they see its lamp, 40 times white.",
     )
     surfaces = {"matte": models.MATTE, "mirror": models.MIRROR, "glass": models.GLASS}
     scenes = {f"ball, {name}": models.ball_on_floor(5, surface, size) for name, surface in surfaces.items()}
