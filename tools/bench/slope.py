@@ -26,7 +26,7 @@ def slope(bench: Bench) -> list[Table]:
     table = Table(
         f"Error against samples, {size[0]}x{size[1]}",
         ["scene", *(f"RMSE, {n} samples" for n in COUNTS), "exponent"],
-        note=f"Against {deep * COUNTS[-1]} samples of other places, the mean of {SEEDS} seeds. Random samples: -0.5; edges, "
+        note=f"Against {deep * COUNTS[-1]} samples of other places, {SEEDS} seeds. Random samples: -0.5; edges, "
         f"well spread ones: {EXPECTED}. In the Cornell box few pixels decide: they see its lamp, 40 times white.",
     )
     surfaces = {"matte": models.MATTE, "mirror": models.MIRROR, "glass": models.GLASS}
