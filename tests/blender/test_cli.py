@@ -272,6 +272,18 @@ def test_a_time_budget_is_held_and_what_it_cost_is_said(blend, tmp_path):
     assert 1 <= told["error"]["sampling"]["samples_mean"] < 65536
 
 
+def test_a_time_budget_is_that_of_each_frame(blend, tmp_path):
+    report = tmp_path / "r.json"
+    words = ["--samples", "65536", "--time-budget", "0.3", "--frames", "1-3", "--report", str(report)]
+    assert cli.main(render(blend, tmp_path / "o_####.png", *words, "--resolution", "128x96")) == 0
+    frames = json.loads(report.read_text())["frames"]
+    assert len(frames) == 3
+    for told in frames:
+        assert told["time"]["total"]["wall"] < 1.2
+        assert told["error"]["sampling"]["rmse"] > 0
+        assert any("time budget" in entry["why"] for entry in told["skipped"])
+
+
 def test_a_budget_that_eevee_or_the_screen_exceeds_is_a_warning(blend, tmp_path):
     report = tmp_path / "r.json"
     words = ["--samples", "64", "--time-budget", "0.001", "--report", str(report)]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender import images, pipeline
+from hybrid_addon.blender import images, nodes, pipeline
 
 pytestmark = [pytest.mark.blender, pytest.mark.render]
 
@@ -45,6 +45,10 @@ def renders(addon):
     keep = dict(samples=4)
     r.hybrid = hybrid.render(scene, **keep)
     r.again = hybrid.render(scene, threads=1, **keep)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(nodes, "needs_source", lambda *_: True)
+        r.both_layers = hybrid.render(scene, **keep)
+        r.source_was_drawn = pipeline.source_layer(scene).use
     r.raster = hybrid.render(scene, mode="raster")
     r.full = hybrid.render(scene, mode="full", **keep)
     scene.render.film_transparent = True
@@ -116,6 +120,13 @@ def test_traced_alpha_is_the_mask(renders):
 
 def test_the_same_again(renders):
     np.testing.assert_array_equal(renders.again.image, renders.hybrid.image)
+
+
+def test_without_the_users_own_layer_it_is_the_same_exact(renders):
+    """The mask layer gives raster and mask: EEVEE draws once instead of twice."""
+    assert renders.source_was_drawn
+    for name in ("image", "raster", "mask", "traced"):
+        np.testing.assert_array_equal(getattr(renders.both_layers, name), getattr(renders.hybrid, name))
 
 
 def test_full_mode_draws_every_pixel_without_eevee(renders):

@@ -8,6 +8,8 @@ import pytest
 
 import hybrid_addon as hybrid
 from hybrid_addon.blender.sync import Warnings, translate
+from hybrid_addon.scene import Settings
+from hybrid_addon.tracer import trace
 
 pytestmark = pytest.mark.blender
 
@@ -108,6 +110,24 @@ def test_equal_meshes_and_surfaces_are_shared(scene):
     assert result.counts["triangles"] == 36
     assert result.counts["surfaces"] == 2  # the material as it is, and with the last copy's own numbers
     assert sorted(instance.matrix_world[0, 3] for instance in result.scene.instances) == [0, 3, 6]
+
+
+def test_a_picture_of_shared_meshes_is_that_of_copies_exact(scene):
+    b_cube = bpy.data.objects["Cube"]
+    b_cube.hybrid.ray_traced = True
+    for x in (-3, 3):
+        b_copy = bpy.data.objects.new("Copy", b_cube.data)
+        b_copy.location.x = x
+        bpy.context.collection.objects.link(b_copy)
+    shared = translation(scene)
+    for b_object in bpy.data.objects:
+        if b_object.type == "MESH":
+            b_object.data = b_object.data.copy()
+    copies = translation(scene)
+    assert (shared.counts["meshes"], copies.counts["meshes"]) == (1, 3)
+    films = [trace(found.scene, Settings(samples=2, see="ALL", threads=1)) for found in (shared, copies)]
+    np.testing.assert_array_equal(films[0].radiance, films[1].radiance)
+    assert films[0].rays == films[1].rays and films[0].radiance.any()
 
 
 def test_modifiers_are_applied_and_give_the_object_a_mesh_of_its_own(scene):
