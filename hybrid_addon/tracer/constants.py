@@ -205,8 +205,8 @@ the slope -0.75 the mean has v 2^-1.5, so c = 2^-0.5 - 1. (For random samples c 
 COARSEST = 8
 """A picture against a deadline begins with every 8th pixel across and up: 1/64 of the work of one sample."""
 
-FILL_SAMPLES = 64
-"""Extra camera rays for a masked pixel in which no sample met a flagged object."""
+FILL_SAMPLES = (8, 56)
+"""Extra camera rays for a masked pixel in which no sample met a flagged object; more where none of these did."""
 
 FAILED_PIXEL = (1.0, 0.0, 1.0)
 """The colour, distinct pink, of a pixel whose computation did not give finite numbers."""

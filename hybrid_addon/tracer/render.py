@@ -167,11 +167,12 @@ class _Frame:
             ("found by more camera rays", camera),
             ("found behind what is not flagged", self.scene.flagged_only),
         ):
-            if len(empty) == 0 or len(seen) == 0:
-                break
-            self.passes.run(empty, Pass(first, FILL_SAMPLES, seen, True), (END, 1.0), self.deadline)
-            self._skip("pixels without a sample", why, int(np.count_nonzero(self.total.seen(empty))))
-            empty = empty[~self.total.seen(empty)]
+            before, taken = len(empty), 0
+            for count in FILL_SAMPLES:
+                if len(empty) and len(seen):
+                    self.passes.run(empty, Pass(first + taken, count, seen, True), (END, 1.0), self.deadline)
+                    empty, taken = empty[~self.total.seen(empty)], taken + count
+            self._skip("pixels without a sample", why, before - len(empty))
         return without
 
     def _skip(self, what: str, why: str, number: int) -> None:
