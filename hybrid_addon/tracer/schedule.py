@@ -143,7 +143,8 @@ class Schedule:
         others = self._rmse_from_neighbours() if share < 1 else 0.0
         # Of one sample each, with a few pixels that got more because none counted, these few say little of the rest.
         both = share * square + (1 - share) * (others or 0.0) ** 2
-        self.sampling["rmse"] = None if others is None and share == 0 else math.sqrt(both)
+        unknown = (others is None and share == 0) or not math.isfinite(both)
+        self.sampling["rmse"] = None if unknown else math.sqrt(both)
         self.sampling["slope"] = SAMPLING_SLOPE
 
     def _rmse_from_neighbours(self) -> float | None:

@@ -311,10 +311,11 @@ def neighbours_rmse(
             there = grid.beside(known, offset)
             both = (there >= 0) & traced[there]
             here, next_to = known[both], there[both].astype(np.intp)
-            apart = np.subtract(mean(here), mean(next_to), dtype=np.float64)
-            if weight is not None:
-                apart *= weight[here]
-            squared += float((apart * apart).mean(axis=0).sum())
+            with np.errstate(all="ignore"):  # of infinities
+                apart = np.subtract(mean(here), mean(next_to), dtype=np.float64)
+                if weight is not None:
+                    apart *= weight[here]
+                squared += float((apart * apart).mean(axis=0).sum())
             pairs += len(here)
         if pairs:
             own_share = np.count_nonzero(traced) / len(traced)
