@@ -2,8 +2,9 @@
 
 Against a deadline the passes are short and go from coarse to fine: one sample of every 8th pixel across and up, then of
 every 4th, of every 2nd, of all; then 2, 4, 8, ... samples. So what is given up for want of time is, in this order,
-samples, then resolution. Bounces and the cutoff never are: a coarse picture is better than a black glass. A picture
-that was in time is the same, bit for bit, as one without a deadline.
+samples, then resolution. Bounces and the cutoff never are: a coarse picture is better than a black glass. Time that is
+left but too short for a whole pass goes to the pixels that differ most from their neighbours. A picture that was in
+time is the same, bit for bit, as one without a deadline.
 """
 
 from __future__ import annotations
@@ -24,6 +25,10 @@ from .vectors import evenly
 
 END = 0.95
 """The fraction of the progress at which all samples are taken."""
+
+IN_TIME, WORTH_IT = 0.8, 1 / 16
+"""Of the samples that the time left should allow, those that are asked for where they show most, which is where they
+take longest; and of all pixels how many these must be, to be worth looking for."""
 
 EVEN = "their pixels are even (adaptive)"
 """Why samples are left out."""
@@ -69,8 +74,11 @@ class Schedule:
                 pixels = self._go_on(pixels, taken, audit)
             count = next((stop for stop in stops if stop > taken), samples) - taken
             if self.hurries:
-                count = min(count, taken, self._affordable(len(pixels)))
-            in_time = count > 0 and self._pass(pixels, taken, count)
+                count = min(count, taken, self._affordable() // len(pixels))
+            if count == 0:
+                self._where_it_shows(pixels, taken)
+                break
+            in_time = self._pass(pixels, taken, count)
             taken += count
         if self.hurries:
             taken_of = self.totals.samples[pixels]
@@ -104,12 +112,19 @@ class Schedule:
         progress = self._fractions(first + count == self.settings.samples)
         return self.passes.run(pixels, work, progress, self.deadline if deadline is None else deadline)
 
-    def _affordable(self, pixels: int) -> int:
-        """How many samples of so many pixels the time that is left should allow, by what they cost so far."""
-        now = time.perf_counter()
-        taken = int(self.totals.samples.sum())
+    def _affordable(self) -> int:
+        """How many samples the time that is left should allow, by what they cost so far."""
+        now, taken = time.perf_counter(), int(self.totals.samples.sum())
         each = (now - self.began) / max(taken, 1)
-        return int(min((self.deadline - now) / max(each * pixels, 1e-9), self.settings.samples))
+        left = max(self.deadline - now, 0.0)
+        return int(min(left / max(each, 1e-9), self.settings.samples * len(self.pixels)))
+
+    def _where_it_shows(self, pixels: Pixels, taken: int) -> None:
+        """One sample more, for which there is no time in all pixels, in those that differ most from a neighbour."""
+        number = int(IN_TIME * self._affordable())
+        if len(pixels) * WORTH_IT < number < len(pixels):
+            differs = self.totals.beside_neighbours(self.weight)[pixels]
+            self._pass(np.sort(pixels[np.argpartition(differs, -number)[-number:]]), taken, 1)
 
     def _fractions(self, is_last: bool) -> tuple[float, float]:
         """Progress before and after a pass: the time that has passed if it is limited; else a half of what is left."""

@@ -223,6 +223,19 @@ class Totals:
         with np.errstate(all="ignore"):
             return np.asarray((total / known**2).astype(np.float32))
 
+    def beside_neighbours(self, weight: Float32 | None) -> Float32:
+        """How far the mean of each of the n pixels is from that of the one beside, above or below it that differs most.
+
+        weight : (n,), the pixel's share of the picture; None: 1.
+        """
+        everything = np.arange(len(self.grid))
+        mean, apart = self.mean(everything), np.zeros(len(self.grid), np.float32)
+        for offset in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            there = self.grid.neighbours(everything, offset)
+            step = np.abs(mean - mean.take(there, axis=1, mode="wrap")).max(axis=0)
+            np.maximum(apart, step, out=apart, where=there >= 0)
+        return apart if weight is None else apart * weight
+
     def _gathered(self, sources: list[Source], rows: slice) -> Float64:
         """(c, m): what pixels get from themselves and from those around them, each weighed by its number of samples."""
         shares = 1 / np.maximum(np.arange(_most(sources) + 1), 1)  # by the number of samples
