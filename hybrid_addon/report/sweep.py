@@ -34,6 +34,9 @@ PATIENCE = 5.0
 FIRST_LAP = 0.7
 """Of the time for the combinations, what the first round may take: the others make the times surer."""
 
+HIDDEN = 0.1
+"""Of the reference's noise: an error so small changes none, though few pixels make most of the noise."""
+
 HOPELESS = 2.0
 """What is expected to take so many times the time that is left is not begun."""
 
@@ -129,9 +132,10 @@ def knobs(studio: Studio, axes: Axes, deep: Reference, say: Say, until: float = 
 def promising(entries: Sequence[dict[str, Any]], noise: float = 0.0, at_most: int = 4) -> list[tuple[int, float]]:
     """The (max_depth, cutoff) that no other beats, evenly chosen from the cheapest to the most exact.
 
-    noise : of the reference, RMSE: of those that err less only the cheapest can be worth its time.
+    noise : of the reference, RMSE: of those that err much less only the cheapest can be worth its time.
     """
-    entries = list({max(e["rmse"], noise): e for e in reversed(entries)}.values())  # of equal ones the cheapest
+    least = HIDDEN * noise
+    entries = list({max(e["rmse"], least): e for e in reversed(entries)}.values())  # of equal ones the cheapest
     front = fits.pareto([e["seconds"] for e in entries], [e["rmse"] for e in entries])
     chosen = np.unique(np.linspace(0, len(front) - 1, min(at_most, len(front))).round().astype(int))
     return [(entries[front[i]]["max_depth"], entries[front[i]]["cutoff"]) for i in chosen]

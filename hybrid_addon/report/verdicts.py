@@ -117,7 +117,7 @@ def equal_errors(theirs: Mapping[str, Any], points: Sequence[Point], base: float
 
 
 def reservations(points: Sequence[Point], deep: Reference, single: Mapping[str, Any]) -> list[str]:
-    """What must be known to read the errors: a noisy reference, highlights that decide, a bound that did not hold."""
+    """What must be known to read the errors: a noisy reference, highlights that decide, checks that failed."""
     found = []
     lost, of = sum(not p.clear for p in points), len(points)
     if lost:
@@ -134,6 +134,10 @@ def reservations(points: Sequence[Point], deep: Reference, single: Mapping[str, 
         found.append(f"the bound did not hold: in {worst['beyond']} pixels the error at {worst['max_depth']} bounces, "
                      f"cutoff {worst['cutoff']:.2g}, is larger than residual x {single['Lmax']:.3g}, in "
                      f"{len(beyond)} settings; something brighter was not seen")  # fmt: skip
+    failed = [f"{name.replace('_', ' ')} {check['value']}" for name, check in invariants(points).items()
+              if not check["pass"]]  # fmt: skip
+    if failed:
+        found.append("counters that must be 0 are not: " + ", ".join(failed))
     return found
 
 
