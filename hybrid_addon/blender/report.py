@@ -6,43 +6,55 @@ import json
 import math
 import os
 import sys
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import bpy
 import numpy as np
 
-from ..report import fits, metrics, page
-from ..report.sweep import (
-    REFERENCE_SEEDS,
-    Axes,
-    Point,
-    Reference,
-    Studio,
-    affordable,
-    combinations,
-    describe,
-    knobs,
-    measure,
-    promising,
-    reference,
-    slopes,
-)
-from ..scene import Float32, Float64, Settings
-from . import api, cycles, engine, files, pipeline, results
+from ..clock import Clock
+from ..presets import Quality
+from ..report import host, metrics, page, verdicts
+from ..report.budget import Budget
+from ..report.reference import ENOUGH, Pilot, Reference, pilot, reference
+from ..report.studio import Axes, Studio
+from ..report.sweep import Point, Say, combinations, expected, knobs, measure, promising
+from ..scene import Film, Float32, Settings
+from . import api, engine, files, pipeline, scan
 from .errors import HybridError
-from .scan import translated
+from .report_cycles import against_cycles
 from .settings import public_settings, tracer_settings
 from .sync import Translation
 
-SCHEMA = 1
-Say = Callable[[str], None]
+SCHEMA = 2
 Size = tuple[int, int]
 
 USUAL_PIXELS = 240 * 180
 """Without a resolution the picture is made smaller until it has no more pixels than this."""
+
+LEAST_PIXELS = 80 * 60
+"""Nor fewer than this where a scene is so costly that a good reference of more has no time."""
+
+WORTH_IT = 0.7
+"""Of the pixels: to save less than the rest EEVEE need not draw again."""
+
+UNSEEN = "no ray traced object is in the picture"
+
+
+@dataclass(eq=False)
+class _Set:
+    """All that is ready to be traced, and how long that took; raster and mask are None in mode FULL."""
+
+    size: Size
+    raster: Float32 | None
+    translation: Translation
+    studio: Studio
+    pilot: Pilot
+    time: dict[str, dict[str, float]]
 
 
 def write(
@@ -52,52 +64,117 @@ def write(
     *,
     mode: str | None,
     resolution: Size | None,
+    minutes: float,
     cycles_samples: Sequence[int],
     say: Say,
 ) -> Path:
     """Measure, and write report.html and report.json into the folder; returns the page. The open file is changed."""
-    size = _set_up(scene, mode, resolution)
-    raster, mask = _raster(scene, say)
-    clock = results.Clock()
-    translation = translated(scene, size)
-    base = clock.read()
-    studio = Studio(translation.scene, _settings(scene), mask)
-    say(f"reference: up to {axes.reference_samples} samples, {axes.deepest} bounces")
-    deep = reference(studio, axes)
+    budget = Budget(60 * minutes)
+    until = budget.begin("reference")
+    ready, left_out = _ready(scene, axes, mode, resolution, until, say)
+    studio, axes = ready.studio, replace(axes, reference_cutoff=ready.pilot.cutoff)
+    say(f"reference: up to {axes.reference_samples} samples, {axes.deepest} bounces, cutoff {axes.reference_cutoff:g}")
+    deep = reference(studio, axes, ready.pilot.each, until)
     if not deep.regions["all"].any():
-        raise HybridError("no ray traced object is in the picture")
-    single = knobs(studio, axes, deep, say)
-    points, too_long = affordable(combinations(axes, promising(single["entries"])), single, deep, axes)
-    measure(studio, points, deep, axes.repeats, say)
-    seconds = base["wall"] + studio.build["wall"]
-    theirs = _against_cycles(scene, translation, studio, deep, axes, cycles_samples, say)
-    notes = [*translation.warnings]
-    notes += [f"not measured, it would take minutes: {p.preset or describe(p.quality)}" for p in too_long]
-    if metrics.flip_library() is None:
-        notes.append("no FLIP: flip-evaluator is not installed")
+        raise HybridError(UNSEEN)
+    if deep.quality.samples < axes.reference_samples:
+        why = "there was no time for more"
+        left_out.append({"what": f"reference samples beyond {deep.quality.samples}", "why": why})
+    single = knobs(studio, axes, deep, say, budget.begin("knobs"))
+    if single["left_out"]:
+        left_out.append({"what": f"{single['left_out']} pairs of bounces and cutoff", "why": single["why"]})
+    cost = partial(expected, single=single, deep=deep)
+    wished = combinations(axes, promising(single["entries"], deep.noise()))
+    if not cycles_samples:
+        budget.shares = {**budget.shares, "points": budget.shares["points"] + budget.shares["cycles"]}
+    points, late = measure(studio, wished, deep, axes.repeats, say, budget.begin("points"), cost)
+    left_out += verdicts.too_late(late)
+    seconds = ready.time["translate"]["wall"] + studio.build["wall"]
+    translated = partial(scan.translated, scene, ready.size)
+    theirs = against_cycles(
+        scene, _settings(scene), translated, studio, deep, axes, cycles_samples, say, budget.begin("cycles")
+    )
+    left_out += [
+        {"what": f"Cycles, {n} samples", "why": "there was no time for it"} for n in theirs.get("left_out", [])
+    ]
+    budget.end()
+    name, film, quality = _chosen(points, deep)
+    times, errors, clear = [seconds + p.seconds() for p in points], [p.rmse for p in points], [p.clear for p in points]
+    front = verdicts.front(times, errors, clear)
+    flip = [] if metrics.flip_library() else ["no FLIP: flip-evaluator is not installed"]
     report = {
         "schema": SCHEMA,
+        "version": host.version(),
+        "commit": host.commit(),
         "host": _host(),
-        "scene": _facts(scene, translation, size, deep),
+        "scene": _facts(scene, ready, deep),
         "reference": {
-            "kind": "own", **deep.quality.values(), "seconds": deep.seconds, "floor_rmse": deep.floor,
-            "hash": _hash(deep.picture),
+            "kind": "own", **deep.quality.values(), "seconds": deep.seconds,
+            "floor_rmse": {region: e["rmse"] for region, e in deep.floor.items()}, "floor": deep.floor,
+            "hash": metrics.digest(deep.picture),
         },
         "settings": public_settings(scene),
-        "time": {"translate": base, "build": studio.build},
+        "minutes": {"asked": minutes, "spent": {part: spent / 60 for part, spent in budget.spent.items()}},
+        "time": {**ready.time, "build": studio.build},
         "knobs": single,
         "points": [{**p.as_dict(seconds), "alone": p.quality == axes.deep(p.quality.samples)} for p in points],
-        "pareto": fits.pareto([p.seconds() for p in points], [p.rmse for p in points]),
-        "slopes": {name: asdict(s) if s else None for name, s in slopes(points, deep, single, axes).items()},
-        "cycles": _equal_error(theirs, points, seconds),
-        "notes": notes,
+        "pareto": front,
+        "pareto_why": verdicts.no_front(front, points, deep),
+        "presets": verdicts.presets(points, times, deep),
+        "slopes": {name: asdict(s) for name, s in verdicts.slopes(points, deep, single, axes).items()},
+        "cycles": {**theirs, "equal_error": verdicts.equal_errors(theirs, points, seconds)},
+        "plan": studio.plan(quality),
+        "skipped": film.skipped,
+        "invariants": verdicts.invariants(points),
+        "left_out": left_out,
+        "notes": [*verdicts.reservations(points, deep, single), *ready.translation.warnings, *flip],
     }  # fmt: skip
-    text = page.render(report, _pictures(studio, points, deep, raster))
+    text = page.render(report, _pictures(name, film, studio, deep, ready.raster))
     with files.atomic(folder / "report.json") as data, files.atomic(folder / "report.html") as html:
         Path(data).write_text(json.dumps(_finite(report), indent=1, allow_nan=False), encoding="utf-8")
         Path(html).write_text(text, encoding="utf-8")
+    if left_out:
+        say("left out: " + "; ".join(f"{entry['what']} ({entry['why']})" for entry in left_out))
     say(page.summary(report))
     return folder / "report.html"
+
+
+# ------------------------------------------------------------------------------------------------ before the sweep
+
+
+def _ready(
+    scene: bpy.types.Scene, axes: Axes, mode: str | None, resolution: Size | None, until: float, say: Say
+) -> tuple[_Set, list[dict[str, str]]]:
+    """The scene, at a size at which the reference can be good in its time, if that may be chosen; what this cost."""
+    size = wished = _set_up(scene, mode, resolution)
+    while True:
+        began = time.perf_counter()
+        found = _prepared(scene, size, axes, until, say)
+        left, again = until - time.perf_counter(), time.perf_counter() - began
+        least, whole = LEAST_PIXELS / (size[0] * size[1]), ENOUGH * found.pilot.each
+        if resolution or axes.patient or max(left / whole, least) > WORTH_IT:
+            break
+        size = _shrunk(size, max((left - again) / whole, least))
+    if not axes.patient and not found.pilot.finished and 2 * found.pilot.each > left:
+        each = found.pilot.each / 60
+        raise HybridError(f"one sample of the reference takes about {each:.2g} minutes: raise --minutes, or lower "
+                          "--resolution or --max-depth")  # fmt: skip
+    if size == wished:
+        return found, []
+    why = f"a reference of {ENOUGH} samples has no time there: {size[0]} x {size[1]} instead"
+    return found, [{"what": f"{wished[0]} x {wished[1]} pixels", "why": why}]
+
+
+def _prepared(scene: bpy.types.Scene, size: Size, axes: Axes, until: float, say: Say) -> _Set:
+    scene.render.resolution_x, scene.render.resolution_y = size
+    raster, mask, spent = _raster(scene, say)
+    if mask is not None and not mask.any():
+        raise HybridError(UNSEEN)
+    clock = Clock()
+    translation = scan.translated(scene, size)
+    spent["translate"] = clock.read()
+    studio = Studio(translation.scene, _settings(scene), mask)
+    return _Set(size, raster, translation, studio, pilot(studio, axes, until), spent)
 
 
 def _set_up(scene: bpy.types.Scene, mode: str | None, resolution: Size | None) -> Size:
@@ -105,9 +182,9 @@ def _set_up(scene: bpy.types.Scene, mode: str | None, resolution: Size | None) -
     if mode:
         scene.hybrid.mode = mode.upper()
     if resolution is None:
-        scale = b_render.resolution_percentage / 100
-        shrink = min(1.0, math.sqrt(USUAL_PIXELS / (b_render.resolution_x * b_render.resolution_y * scale * scale)))
-        resolution = tuple(max(4, round(n * scale * shrink)) for n in (b_render.resolution_x, b_render.resolution_y))
+        share = b_render.resolution_percentage / 100
+        width, height = b_render.resolution_x * share, b_render.resolution_y * share
+        resolution = _shrunk((width, height), min(1.0, USUAL_PIXELS / (width * height)))
     b_render.resolution_x, b_render.resolution_y = resolution
     b_render.resolution_percentage = 100
     b_render.use_border = False
@@ -118,102 +195,25 @@ def _set_up(scene: bpy.types.Scene, mode: str | None, resolution: Size | None) -
     return resolution
 
 
-def _raster(scene: bpy.types.Scene, say: Say) -> tuple[Float32 | None, Float32 | None]:
-    """EEVEE's picture without the ray traced objects (h, w, 4), and their mask (h, w); None in mode FULL."""
+def _shrunk(size: tuple[float, float], share: float) -> Size:
+    """About so large a share of the pixels."""
+    width, height = (max(4, round(n * math.sqrt(share))) for n in size)
+    return width, height
+
+
+def _raster(scene: bpy.types.Scene, say: Say) -> tuple[Float32 | None, Float32 | None, dict[str, dict[str, float]]]:
+    """EEVEE's picture without the ray traced objects (h, w, 4), their mask (h, w), what they took. Mode FULL: None."""
     if scene.hybrid.mode == "FULL":
-        return None, None
-    say("EEVEE draws its half, once")
+        return None, None, {}
+    say("EEVEE draws its half")
     result = api.render(scene, samples=1, max_depth=0)
-    return result.raster, result.mask
+    spent = {phase: result.report["time"][phase] for phase in ("raster", "composite") if phase in result.report["time"]}
+    return result.raster, result.mask, spent
 
 
 def _settings(scene: bpy.types.Scene) -> Settings:
     """The scene's, without what is done to EEVEE's half: the report is of the ray traced one."""
     return replace(tracer_settings(scene), raster_shadows=False)
-
-
-# ------------------------------------------------------------------------------------------------ Cycles
-
-
-def _against_cycles(
-    scene: bpy.types.Scene,
-    translation: Translation,
-    studio: Studio,
-    deep: Reference,
-    axes: Axes,
-    samples: Sequence[int],
-    say: Say,
-) -> dict[str, Any]:
-    """Cycles at several sample counts against its own reference, and its reference against ours."""
-    if not samples:
-        return {"why": "Cycles was not asked for."}
-    size = deep.picture.shape[1], deep.picture.shape[0]
-    ours = _with_physical_lights(scene, translation, studio, deep, axes, say)
-    try:
-        cycles.whitted_subset(scene, translation.scene, axes.deepest)
-    except HybridError as error:
-        return {"why": f"Not measured: {error}."}
-    region, weight = deep.regions["all"], studio.weight(deep.film)[..., None].astype(np.float64)
-    cycles.limit(scene, _box(region), size)
-    cycles.draw(scene, 1, 0)  # warm
-    half = max(1, 2 * axes.reference_samples)  # its samples are not shared between pixels
-    say(f"Cycles' reference: {2 * half} samples")
-    clock = results.Clock()
-    a, b = (cycles.draw(scene, half, seed)[0] for seed in REFERENCE_SEEDS)
-    spent = clock.read()["wall"]
-    mean = (a + b) / 2
-    points = []
-    for count in samples:
-        runs = [cycles.draw(scene, count, seed) for seed in range(axes.repeats)]
-        errors = metrics.error(runs[0][0] * weight, mean * weight, region)
-        time = {clock: float(np.median([run[1][clock] for run in runs])) for clock in ("wall", "cpu")}
-        say(f"Cycles, {count} samples: {time['wall']:.2f} s, RMSE {errors['rmse']:.2g}")
-        points.append({"samples": count, "time": time, "rmse": errors["rmse"], "error": errors})
-    inside = deep.regions["interior"]
-    return {
-        "how": cycles.HOW,
-        "reference": {
-            "samples": 2 * half,
-            "seconds": spent,
-            "floor_rmse": metrics.rmse(a * weight, b * weight, region) / 2,
-            "difference": metrics.error(ours, mean * weight, inside),
-            "mean": float(mean[inside].mean()) if inside.any() else None,
-            "hash": _hash(mean),
-        },
-        "points": points,
-    }
-
-
-def _with_physical_lights(
-    scene: bpy.types.Scene, translation: Translation, studio: Studio, deep: Reference, axes: Axes, say: Say
-) -> Float64:
-    """Our reference with lights that never end, as Cycles' do."""
-    if scene.hybrid.light_falloff == "PHYSICAL" or not translation.scene.lights:
-        return deep.picture
-    say("our reference with physical lights, to compare with Cycles")
-    physical = translated(scene, translation.scene.camera.resolution, "PHYSICAL")
-    other = Studio(physical.scene, _settings(scene), studio.mask)
-    film = other.trace(replace(deep.quality, samples=max(1, deep.quality.samples // 4)))
-    return other.shown(film).astype(np.float64)
-
-
-def _box(region: metrics.Bools) -> tuple[int, int, int, int]:
-    rows, columns = np.flatnonzero(region.any(axis=1)), np.flatnonzero(region.any(axis=0))
-    return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
-
-
-def _equal_error(theirs: dict[str, Any], points: Sequence[Point], base: float) -> dict[str, Any]:
-    """For each of Cycles' errors that stand clear of its reference's noise, our time to the same."""
-    if "points" not in theirs:
-        return theirs
-    times, errors = [base + p.seconds() for p in points], [p.rmse for p in points]
-    found = []
-    for point in theirs["points"]:
-        ours = fits.time_to(point["rmse"], times, errors)
-        if point["rmse"] > 3 * theirs["reference"]["floor_rmse"] and ours:
-            wall = point["time"]["wall"]
-            found.append({"rmse": point["rmse"], "ours": ours, "cycles": wall, "ratio": wall / ours})
-    return {**theirs, "equal_error": found}
 
 
 # ------------------------------------------------------------------------------------------------ facts and pictures
@@ -222,39 +222,42 @@ def _equal_error(theirs: dict[str, Any], points: Sequence[Point], base: float) -
 def _host() -> dict[str, Any]:
     load = {"load": round(os.getloadavg()[0], 2)} if hasattr(os, "getloadavg") else {}
     python = ".".join(map(str, sys.version_info[:3]))
-    return {**engine.versions(), "python": python, "numpy": np.__version__, "cores": os.cpu_count(), **load}
+    versions = {**engine.versions(), "python": python, "numpy": np.__version__}
+    return {"cpu": host.cpu_name(), "cores": os.cpu_count(), **versions, **load}
 
 
-def _facts(scene: bpy.types.Scene, translation: Translation, size: Size, deep: Reference) -> dict[str, Any]:
+def _facts(scene: bpy.types.Scene, ready: _Set, deep: Reference) -> dict[str, Any]:
     return {
         "name": scene.name,
         "file": Path(bpy.data.filepath).name,
         "frame": scene.frame_current,
-        "resolution": list(size),
+        "resolution": list(ready.size),
         "mask_pixels": int(np.count_nonzero(deep.regions["all"])),
-        "triangles": translation.counts["triangles"],
-        "lights": translation.counts["lights"],
+        "triangles": ready.translation.counts["triangles"],
+        "lights": ready.translation.counts["lights"],
         "regions": {name: int(np.count_nonzero(region)) for name, region in deep.regions.items()},
     }
 
 
-def _hash(picture: Float64) -> str:
-    import hashlib
+def _chosen(points: Sequence[Point], deep: Reference) -> tuple[str, Film, Quality]:
+    """The picture to show, its name and quality: the preset for delivery, else another, else half of the reference."""
+    presets = {p.preset: p for p in points if p.preset}
+    for name in ("Final", "Draft", "Reference"):
+        film = presets[name].film if name in presets else None
+        if film is not None:
+            return name if name == "Final" else f"{name} (there was no time for Final)", film, presets[name].quality
+    return "Half of the reference (there was no time for any preset)", deep.films[0], deep.quality
 
-    return hashlib.sha256(np.ascontiguousarray(picture, np.float32).tobytes()).hexdigest()[:16]
 
-
-def _pictures(studio: Studio, points: Sequence[Point], deep: Reference, raster: Float32 | None) -> dict[str, Float32]:
-    """The preset for delivery, ten times its error, and its residual."""
-    chosen = next((p for p in points if p.preset == "Final"), points[-1])
-    film = studio.trace(chosen.quality)
+def _pictures(name: str, film: Film, studio: Studio, deep: Reference, raster: Float32 | None) -> dict[str, Float32]:
+    """A film in the composite, ten times its error, and its residual, each by its caption."""
     shown = studio.shown(film)
     whole = shown if raster is None else shown + raster[..., :3]
     residual = np.repeat((film.residual * studio.weight(film))[..., None], 3, axis=-1)
     return {
-        "Final": whole,
-        "Final: 10 x its error": np.asarray(10 * np.abs(shown - deep.picture), np.float32),
-        "Final: 100 x its residual": np.asarray(100 * residual, np.float32),
+        name: whole,
+        f"{name}: 10 x its error": np.asarray(10 * np.abs(shown - deep.picture), np.float32),
+        f"{name}: 100 x its residual": np.asarray(100 * residual, np.float32),
     }
 
 

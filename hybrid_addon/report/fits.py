@@ -12,13 +12,22 @@ T_95 = (12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
 """Student's t for 95 %, two sided, with 1 to 10 degrees of freedom; beyond, 2."""
 
 
+FASTER, MORE_EXACT, AS_EXACT = 0.9, 0.95, 1.01
+"""A point beats another with at most so many times its seconds and an error that is at most 1.01 times its own, or with
+so many times its error in no more seconds: times are measured, and come out a little different every time."""
+
+
 @dataclass(frozen=True)
 class Slope:
-    """A fitted slope, half the width of its 95 % confidence interval (None from two points), and what is expected."""
+    """A fitted slope, half the width of its 95 % confidence interval (None from two points), and what is expected.
 
-    fit: float
+    why : where there is no fit, the reason.
+    """
+
+    fit: float | None
     ci: float | None
     expected: float | None = None
+    why: str = ""
 
 
 def slope(x: Sequence[float], y: Sequence[float], expected: float | None = None) -> Slope | None:
@@ -57,6 +66,17 @@ def pareto(time: Sequence[float], error: Sequence[float]) -> list[int]:
         if not front or error[i] < error[front[-1]]:
             front.append(i)
     return front
+
+
+def beaten_by(i: int, time: Sequence[float], error: Sequence[float]) -> int | None:
+    """The point that clearly beats point i, by the most (in time, times in error); None: i is on the front."""
+
+    def beats(j: int) -> bool:
+        faster = time[j] <= FASTER * time[i] and error[j] <= AS_EXACT * error[i]
+        return faster or (time[j] <= time[i] and error[j] <= MORE_EXACT * error[i])
+
+    found = [j for j in range(len(time)) if j != i and beats(j)]
+    return min(found, key=lambda j: time[j] * error[j], default=None)
 
 
 def time_to(target: float, time: Sequence[float], error: Sequence[float]) -> float | None:

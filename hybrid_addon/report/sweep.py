@@ -2,11 +2,12 @@
 
 Each knob alone, the others at the reference's level and with the same camera samples, so that its error is its own;
 then the combinations that can be worth their time, one after the other and round again, so that a slow minute of the
-machine hits all of them.
+machine hits all of them. All goes from cheap to dear, and ends when its time does.
 """
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,78 +18,48 @@ from typing import Any
 import numpy as np
 
 from ..presets import QUALITY, Quality
-from ..scene import Expression, Film, Float32, Float64, Scene, Settings
-from ..tracer import CompiledScene, trace_compiled
-from ..tracer.constants import FIRST_SAMPLES, SAMPLING_SLOPE
-from ..tracer.sky import brightest
-from ..tracer.validate import validate
+from ..scene import Film, Float32
+from ..tracer import Cancelled
+from ..tracer.constants import FIRST_SAMPLES
 from . import fits, metrics
-from .metrics import Bools
-from .regions import object_ids, regions
+from .budget import Until
+from .reference import Reference
+from .studio import CUTOFFS, Axes, Studio
 
 Say = Callable[[str], None]
 
 PATIENCE = 5.0
 """Seconds; what takes longer is timed once."""
 
-BRIGHTER = 2.0
-"""What a cut ray would have met is taken to be at most so many times as bright as the brightest pixel, or as the world
-and what emits if these are brighter: an estimate, since a highlight may be brighter still."""
+FIRST_LAP = 0.7
+"""Of the time for the combinations, what the first round may take: the others make the times surer."""
 
-REFERENCE_CUTOFF = 5e-5
-"""The reference follows what brings more than this: below what its samples resolve. Without a cutoff the paths between
-mirrors and half clear glass multiply with every bounce."""
+HIDDEN = 0.1
+"""Of the reference's noise: an error so small changes none, though few pixels make most of the noise."""
 
-LEAST_REFERENCE = 16
-"""Samples that it has however long they take."""
-
-REFERENCE_SEEDS = (101, 202)
-"""The reference's camera samples are none that a render uses, or a render would be compared with itself."""
-
-
-@dataclass(frozen=True)
-class Axes:
-    """The settings to combine, and how deep the reference is.
-
-    repeats : timed runs of each.   reference_seconds : the reference takes fewer samples if these would not do; nothing
-    that would take twice as long is measured.
-    """
-
-    samples: tuple[int, ...] = (1, 4, 16, 64)
-    max_depth: tuple[int, ...] = (1, 2, 4, 8, 16, 32)
-    cutoff: tuple[float, ...] = (1e-3, 1 / 255, 1 / 64)
-    adaptive: tuple[float, ...] = (0.0, 0.05)
-    reference_samples: int = 256
-    reference_seconds: float = 120.0
-    repeats: int = 3
-
-    @property
-    def deepest(self) -> int:
-        """The reference's bounces: twice the largest asked for."""
-        return 2 * max(*self.max_depth, 1)
-
-    @property
-    def knob_samples(self) -> int:
-        """Samples at which bounces and cutoff are varied: few, they cancel out."""
-        return max([s for s in self.samples if s <= FIRST_SAMPLES] or [min(self.samples)])
-
-    def deep(self, samples: int) -> Quality:
-        """These samples with as good as nothing cut off."""
-        return Quality(samples, self.deepest, REFERENCE_CUTOFF, 0.0)
+HOPELESS = 2.0
+"""What is expected to take so many times the time that is left is not begun."""
 
 
 @dataclass
 class Point:
-    """One combination: its times, its errors by region, and what was cut off."""
+    """One combination: its times, its errors by region, and what was cut off.
+
+    clear : its error stands clear of the reference's noise.   deciding : how many pixels decide its RMSE.
+    film : of presets, for the page.
+    """
 
     quality: Quality
     preset: str = ""
-    films: list[dict[str, Any]] = field(default_factory=list)
+    times: list[dict[str, Any]] = field(default_factory=list)
     error: dict[str, dict[str, Any]] = field(default_factory=dict)
     bound: dict[str, float] = field(default_factory=dict)
     rays: dict[str, int] = field(default_factory=dict)
     sampling: dict[str, Any] = field(default_factory=dict)
     invariants: dict[str, int] = field(default_factory=dict)
+    clear: bool = False
+    deciding: float = 0.0
+    film: Film | None = None
 
     @property
     def rmse(self) -> float:
@@ -98,124 +69,73 @@ class Point:
 
     def seconds(self, phase: str = "trace", clock: str = "wall") -> float:
         """Median of a phase."""
-        return median(times[phase][clock] for times in self.films)
+        return median(times[phase][clock] for times in self.times)
 
     def as_dict(self, base: float) -> dict[str, Any]:
         """For JSON. base: seconds that every render spends before it traces."""
-        phases = self.films[0]
         time = {
             phase: {
                 "wall_med": self.seconds(phase),
-                "wall_min": min(times[phase]["wall"] for times in self.films),
+                "wall_min": min(times[phase]["wall"] for times in self.times),
                 "cpu_med": self.seconds(phase, "cpu"),
-                "n": len(self.films),
+                "n": len(self.times),
             }
-            for phase in phases
+            for phase in self.times[0]
         }
         return {
             "settings": self.quality.values(), "preset": self.preset, "seconds": base + self.seconds(), "time": time,
-            "rays": self.rays, "error": self.error, "bound": self.bound, "sampling": self.sampling,
-            "invariants": self.invariants,
+            "clear": self.clear, "deciding": self.deciding, "rays": self.rays, "error": self.error, "bound": self.bound,
+            "sampling": self.sampling, "invariants": self.invariants,
         }  # fmt: skip
-
-
-class Studio:
-    """A scene made ready once, and pictures of it at any quality, as they show in the composite.
-
-    mask : (h, w), coverage of the ray traced objects in EEVEE's picture, or None: the tracer draws every pixel.
-    """
-
-    def __init__(self, scene: Scene, settings: Settings, mask: Float32 | None) -> None:
-        validate(scene, settings, mask)
-        self.scene, self.mask = scene, mask
-        wall, cpu = time.perf_counter(), time.process_time()
-        self._compiled = CompiledScene(scene, settings)
-        self.build = {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}
-        self.ids = object_ids(self._compiled)
-
-    def trace(self, quality: Quality, seed: int = 0) -> Film:
-        """A film at this quality."""
-        values: dict[str, Any] = {**quality.values(), "seed": seed}
-        settings = replace(self._compiled.settings, **values)
-        return trace_compiled(self._compiled.seen_from(self._compiled.camera, settings), self.mask)
-
-    def shown(self, film: Film) -> Float32:
-        """Its radiance (h, w, 3) times coverage: what it adds to the composite."""
-        return np.asarray(film.radiance * self.weight(film)[..., None], np.float32)
-
-    def brightest(self, film: Film) -> float:
-        """An estimate of the largest radiance along any ray."""
-        scene = self.scene
-        constant = [s.emission for s in scene.surfaces if not isinstance(s.emission, Expression)]
-        emission = max(map(max, constant), default=0.0)
-        return max(BRIGHTER * float(np.max(film.radiance, initial=0.0)), brightest(scene.world), emission)
-
-    def weight(self, film: Film) -> Float32:
-        """Coverage (h, w)."""
-        return film.coverage if self.mask is None else self.mask
-
-
-@dataclass(eq=False)
-class Reference:
-    """The mean of two independent deep pictures.
-
-    floor : how far it is itself from the truth, RMSE by region.   each : seconds for one sample of so deep a picture.
-    """
-
-    picture: Float64
-    film: Film
-    regions: dict[str, Bools]
-    floor: dict[str, float]
-    quality: Quality
-    seconds: float
-    each: float
-
-
-def reference(studio: Studio, axes: Axes) -> Reference:
-    """Twice half the samples. The halves' RMSE, halved, is the standard error of their mean."""
-    began = time.perf_counter()
-    each = studio.trace(axes.deep(1)).time["trace"]["wall"]
-    samples = min(axes.reference_samples, max(LEAST_REFERENCE, axes.reference_seconds / max(each, 1e-9)))
-    quality = axes.deep(max(1, int(samples) // 2))
-    films = [studio.trace(quality, seed) for seed in REFERENCE_SEEDS]
-    a, b = (studio.shown(film).astype(np.float64) for film in films)
-    found = regions(studio.ids, studio.weight(films[0]))
-    floor = {name: metrics.rmse(a, b, region) / 2 for name, region in found.items()}
-    quality = replace(quality, samples=2 * quality.samples)
-    return Reference((a + b) / 2, films[0], found, floor, quality, time.perf_counter() - began, each)
 
 
 # ------------------------------------------------------------------------------------------------ one knob alone
 
 
-def knobs(studio: Studio, axes: Axes, deep: Reference, say: Say) -> dict[str, Any]:
+def knobs(studio: Studio, axes: Axes, deep: Reference, say: Say, until: float = math.inf) -> dict[str, Any]:
     """Error of bounces and cutoff, alone and together, against the same camera samples without them.
 
     Each entry: settings, seconds, rmse over all pixels, residual_mean and residual_max, and `beyond`: pixels whose
-    error is larger than residual x `Lmax`.
+    error is larger than `Lmax` x the residuals of both pictures, for what they are compared with is cut, too.
+    `left_out`: how many entries there was no time for, the dearest.
     """
-    exact = axes.deep(axes.knob_samples)
-    whole = studio.trace(exact)
-    target, region = studio.shown(whole), deep.regions["all"]
-    brightest = studio.brightest(whole)
-    entries = []
-    for cutoff, max_depth in product((REFERENCE_CUTOFF, *axes.cutoff), (*axes.max_depth, axes.deepest)):
+    exact, region = axes.exact, deep.regions["all"]
+    both = product((CUTOFFS[0], *axes.cutoff), (*axes.max_depth, axes.deepest))
+    pairs = sorted(dict.fromkeys(both), key=lambda pair: (pair[1], -pair[0]))  # from cheap to dear
+    found: dict[str, Any] = {"samples": exact.samples, "Lmax": 0.0, "entries": [], "left_out": len(pairs)}
+    try:
+        whole = studio.trace(exact, progress=Until(until))
+    except Cancelled:
+        return {**found, "why": "a picture with nothing cut off took too long"}
+    target, brightest = studio.shown(whole), studio.brightest((whole, *deep.films))
+    own = whole.residual * studio.weight(whole)
+    rounding = 1e-6 * brightest
+    for cutoff, max_depth in pairs:
         say(f"bounces {max_depth}, cutoff {cutoff:.2g}")
-        film = studio.trace(replace(exact, max_depth=max_depth, cutoff=cutoff))
+        try:
+            film = studio.trace(replace(exact, max_depth=max_depth, cutoff=cutoff), progress=Until(until))
+        except Cancelled:
+            break
         bound = film.residual * studio.weight(film)
         off = np.abs(studio.shown(film).astype(np.float64) - target).max(axis=-1)
-        rounding = 1e-6 * brightest
-        entries.append({
+        allowed = (bound + own)[region] * brightest + rounding
+        found["entries"].append({
             "max_depth": max_depth, "cutoff": cutoff, "seconds": film.time["trace"]["wall"],
             "rmse": metrics.rmse(studio.shown(film), target, region),
             "residual_mean": _mean(bound[region]), "residual_max": float(np.max(bound[region], initial=0.0)),
-            "beyond": int(np.count_nonzero(off[region] > bound[region] * brightest + rounding)),
+            "beyond": int(np.count_nonzero(off[region] > allowed)),
         })  # fmt: skip
-    return {"samples": exact.samples, "Lmax": brightest, "entries": entries}
+    left_out = len(pairs) - len(found["entries"])
+    return {**found, "Lmax": brightest, "left_out": left_out, "why": "there was no time" if left_out else ""}
 
 
-def promising(entries: Sequence[dict[str, Any]], at_most: int = 4) -> list[tuple[int, float]]:
-    """The (max_depth, cutoff) that no other beats, evenly chosen from the cheapest to the most exact."""
+def promising(entries: Sequence[dict[str, Any]], noise: float = 0.0, at_most: int = 4) -> list[tuple[int, float]]:
+    """The (max_depth, cutoff) that no other beats, evenly chosen from the cheapest to the most exact.
+
+    noise : of the reference, RMSE: of those that err much less only the cheapest can be worth its time.
+    """
+    least = HIDDEN * noise
+    entries = list({max(e["rmse"], least): e for e in reversed(entries)}.values())  # of equal ones the cheapest
     front = fits.pareto([e["seconds"] for e in entries], [e["rmse"] for e in entries])
     chosen = np.unique(np.linspace(0, len(front) - 1, min(at_most, len(front))).round().astype(int))
     return [(entries[front[i]]["max_depth"], entries[front[i]]["cutoff"]) for i in chosen]
@@ -234,31 +154,45 @@ def combinations(axes: Axes, pairs: Iterable[tuple[int, float]]) -> list[Point]:
     return [Point(quality, named.get(quality, "")) for quality in dict.fromkeys([*qualities, *named])]
 
 
-def affordable(
-    points: Iterable[Point], single: dict[str, Any], deep: Reference, axes: Axes
+def expected(point: Point, single: dict[str, Any], deep: Reference) -> float:
+    """Seconds to trace it, as far as what `knobs` found tells; what adaptive sampling saves is not known."""
+    q = point.quality
+    more = [e["seconds"] for e in single["entries"] if e["max_depth"] >= q.max_depth and e["cutoff"] <= q.cutoff]
+    return float(q.samples * min([*(s / single["samples"] for s in more), deep.each]))
+
+
+def measure(
+    studio: Studio,
+    points: Sequence[Point],
+    deep: Reference,
+    repeats: int,
+    say: Say,
+    until: float = math.inf,
+    cost: Callable[[Point], float] = lambda point: 0.0,
 ) -> tuple[list[Point], list[Point]]:
-    """Those that can be timed, and those that would take too long, as far as what `knobs` found tells."""
-    found: tuple[list[Point], list[Point]] = ([], [])
-    for point in points:
-        q = point.quality
-        more = [e["seconds"] for e in single["entries"] if e["max_depth"] >= q.max_depth and e["cutoff"] <= q.cutoff]
-        each = min(more, default=deep.each * single["samples"]) / single["samples"]
-        found[q.samples * each > 2 * axes.reference_seconds].append(point)
-    return found
+    """Fill in points, by their cost in seconds, `repeats` times in turn, until it is too late.
 
-
-def measure(studio: Studio, points: Sequence[Point], deep: Reference, repeats: int, say: Say) -> None:
-    """Fill in all points, in turn, `repeats` times."""
-    for lap in range(repeats):
-        for number, point in enumerate(points, 1):
-            if lap and point.films[0]["trace"]["wall"] > PATIENCE:
-                continue
-            film = studio.trace(point.quality)
-            point.films.append(film.time)
-            if lap == 0:
-                _judge(studio, point, film, deep)
-                seconds = film.time["trace"]["wall"]
-                say(f"{number}/{len(points)} {describe(point.quality)}: {seconds:.2f} s, RMSE {point.rmse:.2g}")
+    Returns the points that were measured at least once, and the others.
+    """
+    order, began = sorted(points, key=cost), time.perf_counter()
+    end = began + FIRST_LAP * (until - began)
+    for number, point in enumerate(order, 1):
+        if cost(point) >= HOPELESS * (end - time.perf_counter()):
+            continue
+        try:
+            film = studio.trace(point.quality, progress=Until(end))
+        except Cancelled:
+            continue
+        point.times.append(film.time)
+        _judge(studio, point, film, deep)
+        seconds = film.time["trace"]["wall"]
+        say(f"{number}/{len(order)} {describe(point.quality)}: {seconds:.2f} s, RMSE {point.rmse:.2g}")
+    measured, late = [p for p in order if p.times], [p for p in order if not p.times]
+    for _ in range(1, repeats):
+        for point in measured:
+            if point.times[0]["trace"]["wall"] < min(PATIENCE, until - time.perf_counter()):
+                point.times.append(studio.trace(point.quality).time)
+    return measured, late
 
 
 def describe(q: Quality) -> str:
@@ -267,38 +201,14 @@ def describe(q: Quality) -> str:
 
 
 def _judge(studio: Studio, point: Point, film: Film, deep: Reference) -> None:
-    picture, region = studio.shown(film), deep.regions["all"]
-    differences = metrics.flip(picture, deep.picture)
-    for name, part in deep.regions.items():
-        point.error[name] = metrics.error(picture, deep.picture, part)
-        point.error[name]["flip_ldr"] = None if differences is None or not part.any() else _mean(differences[part])
+    point.error = metrics.errors(studio.shown(film), deep.picture, deep.regions)
+    point.clear, region = deep.tells(point.error["all"]["rmse"]), deep.regions["all"]
+    point.deciding = metrics.deciding(studio.shown(film), deep.picture, region)
     bound = (film.residual * studio.weight(film))[region]
     point.bound = {"residual_mean": _mean(bound), "residual_max": float(np.max(bound, initial=0.0))}
     point.rays, point.sampling, point.invariants = dict(film.rays), dict(film.sampling), dict(film.invariants)
-
-
-def slopes(
-    points: Sequence[Point], deep: Reference, single: dict[str, Any], axes: Axes
-) -> dict[str, fits.Slope | None]:
-    """How the error falls with each knob, beside what is expected of it.
-
-    aa_*: exponent of RMSE over samples; stratified samples of edges have -0.75 (Mitchell 1996). Points nearer than
-    three times the floor are left out. depth: decades a bounce; expected is the residual's own, which the error must
-    not fall slower than. cutoff: exponent of RMSE over cutoff; its bound is a straight line, exponent 1.
-    """
-    alone = [p for p in points if p.quality == axes.deep(p.quality.samples)]
-    found = {}
-    for region, floor in deep.floor.items():
-        clear = [p for p in alone if (p.error[region]["rmse"] or 0) > 3 * floor]
-        errors = [p.error[region]["rmse"] for p in clear]
-        found[f"aa_{region}"] = fits.power([p.quality.samples for p in clear], errors, SAMPLING_SLOPE)
-    deeper = [e for e in single["entries"] if e["cutoff"] == REFERENCE_CUTOFF]
-    residual = fits.decay([e["max_depth"] for e in deeper], [e["residual_mean"] for e in deeper])
-    bounces, errors = [e["max_depth"] for e in deeper], [e["rmse"] for e in deeper]
-    found["depth"] = fits.decay(bounces, errors, residual.fit if residual else None)
-    cut = [e for e in single["entries"] if e["max_depth"] == axes.deepest]
-    found["cutoff"] = fits.power([e["cutoff"] for e in cut], [e["rmse"] for e in cut], 1.0)
-    return found
+    if point.preset:
+        point.film = film
 
 
 def _mean(values: Float32) -> float:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import time
+import warnings
 
 import bpy
 import pytest
@@ -42,7 +44,7 @@ def report(written):
 
 
 def test_points_hold_what_they_cost_and_how_wrong_they_are(report):
-    assert report["schema"] == 1
+    assert report["schema"] == 2
     assert {p["preset"] for p in report["points"]} >= {"Draft", "Final", "Reference"}
     for point in report["points"]:
         assert set(point["error"]) == {"interior", "edges", "all"}
@@ -54,13 +56,35 @@ def test_points_hold_what_they_cost_and_how_wrong_they_are(report):
     assert report["slopes"]["aa_all"]["fit"] < -0.4
 
 
+def test_the_report_says_what_it_was_made_with_and_what_it_checked(report):
+    assert report["version"][0].isdigit()
+    assert report["host"]["cpu"]
+    assert {p["name"] for p in report["plan"]} >= {"reflection", "refraction", "adaptive"}
+    applies = {p["name"]: p["applies"] for p in report["plan"]}
+    assert applies["depth-of-field"]
+    assert applies["adaptive"]  # as in the picture that is shown, Final; the file has it off
+    assert report["skipped"]
+    assert report["invariants"]["nan_pixels"] == {"value": 0, "tol": 0, "pass": True}
+    assert [p["preset"] for p in report["presets"]] == ["Draft", "Final", "Reference"]
+    assert all(verdict["verdict"] for p in report["presets"] for verdict in p["by"].values())
+    assert set(report["time"]) >= {"translate", "build"}
+    assert set(report["minutes"]["spent"]) == {"reference", "knobs", "points", "cycles"}
+    assert report["left_out"] == []
+
+
 def test_cycles_draws_the_same_picture(report):
     """Inside the objects both references agree in the mean: materials, lights and falloff were carried over."""
     reference = report["cycles"]["reference"]
-    assert abs(reference["difference"]["bias"]) < 0.1 * reference["mean"]
+    inside = reference["difference"]["interior"]
+    assert abs(inside["bias"]) < 0.1 * reference["mean"]["interior"]
+    for errors in (reference["difference"], reference["floor"], *(p["error"] for p in report["cycles"]["points"])):
+        assert set(errors) == {"interior", "edges", "all"}
+        assert {"rmse", "relmse_tev", "p999", "max", "flip_ldr"} <= set(errors["edges"])
+    assert reference["floor"]["interior"]["rmse"] < inside["rmse"]
     assert [p["samples"] for p in report["cycles"]["points"]] == [1, 8]
-    errors = [p["rmse"] for p in report["cycles"]["points"]]
+    errors = [p["error"]["all"]["rmse"] for p in report["cycles"]["points"]]
     assert errors[0] > errors[1] > 0
+    assert all(e["ratio"] or e["why"] for e in report["cycles"]["equal_error"])
 
 
 def test_the_page_stands_alone(written):
@@ -90,9 +114,105 @@ def test_bad_input_is_one_line(blend, tmp_path, capfd, more, words):
     assert not (tmp_path / "out").exists()
 
 
-def test_nothing_to_trace_is_bad_input(blend, tmp_path, capfd):
-    bpy.ops.wm.open_mainfile(filepath=str(blend))
+def unmark():
     hybrid.unmark(bpy.data.objects["Cube"])
+
+
+def remove_camera():
+    bpy.data.objects.remove(bpy.data.objects["Camera"])
+
+
+def panoramic():
+    bpy.data.cameras["Camera"].type = "PANO"
+
+
+def raster():
+    bpy.context.scene.hybrid.mode = "RASTER"
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (unmark, "nothing is ray traced"),
+        (remove_camera, "camera"),
+        (panoramic, "camera"),
+        (raster, "nothing is ray traced"),
+    ],
+)
+def test_nothing_to_trace_is_bad_input(blend, tmp_path, capfd, spoil, words):
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    spoil()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "plain.blend"))
-    assert cli.main(["report", str(tmp_path / "plain.blend"), "--output", str(tmp_path / "out")]) == 2
-    assert "nothing is ray traced" in capfd.readouterr().err
+    refused(tmp_path, capfd, words)
+
+
+@pytest.mark.render
+def test_an_object_out_of_view_is_bad_input(blend, tmp_path, capfd):
+    """Only EEVEE's mask tells."""
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    bpy.data.objects["Cube"].location = (0, 0, 500)
+    bpy.context.scene.eevee.taa_render_samples = 1
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "plain.blend"))
+    refused(tmp_path, capfd, "no ray traced object is in the picture")
+
+
+def refused(tmp_path, capfd, words):
+    """One line, exit code 2, and no folder that was made for nothing, except one that was there."""
+    (tmp_path / "there").mkdir()
+    arguments = ["report", str(tmp_path / "plain.blend"), "--resolution", "32x24", "--output"]
+    assert cli.main([*arguments, str(tmp_path / "there" / "new" / "out")]) == 2
+    lines = [line for line in capfd.readouterr().err.splitlines() if line.startswith("hybrid: ")]
+    assert len(lines) == 1
+    assert words in lines[0]
+    assert list((tmp_path / "there").iterdir()) == []
+
+
+@pytest.mark.parametrize("hide", [False, True])
+def test_a_black_picture_has_a_page_and_no_warnings(blend, tmp_path, hide):
+    """No light, and even nothing in sight: no error has a place on logarithmic axes."""
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    scene = bpy.context.scene
+    scene.world = None
+    for b_object in list(scene.objects):
+        if b_object.type == "LIGHT":
+            bpy.data.objects.remove(b_object)
+        elif b_object.type == "MESH" and hide:
+            b_object.location.z += 500
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "black.blend"))
+    few = ["--samples", "1", "4", "--max-depth", "1", "--cutoff", "0.01", "--adaptive", "0", "--repeats", "1"]
+    quick = ["--mode", "full", "--resolution", "32x24", "--reference-samples", "4", "--cycles"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert cli.main(["report", str(tmp_path / "black.blend"), "--output", str(tmp_path / "out"), *few, *quick]) == 0
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert report["pareto"] == []
+    assert report["pareto_why"]
+    assert report["slopes"]["aa_all"]["why"]
+
+
+@pytest.mark.render
+def test_a_short_time_is_kept_and_what_it_leaves_out_is_said(blend, tmp_path, capfd):
+    """Six seconds for settings that ask for much more: what fits is there, with its page."""
+    began = time.perf_counter()
+    many = ["--resolution", "320x240", "--samples", "1", "4096", "--minutes", "0.1", "--mode", "full", "--cycles"]
+    assert cli.main(["report", str(blend), "--output", str(tmp_path / "out"), *many]) == 0
+    assert time.perf_counter() - began < 25
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert any(entry["what"].startswith("samples 4096") for entry in report["left_out"])
+    assert any(p["preset"] == "Draft" for p in report["points"])
+    out, page = capfd.readouterr().out, (tmp_path / "out" / "report.html").read_text()
+    assert "left out: " in out
+    assert "left out: samples 4096" in page
+
+
+def test_a_picture_is_called_what_it_is():
+    """Where there was no time for Final another picture is shown, and says so."""
+    from hybrid_addon.blender.report import _chosen
+    from hybrid_addon.presets import QUALITY
+    from hybrid_addon.report.sweep import Point
+
+    draft, final = (Point(quality, label, film=label) for label, _, quality in list(QUALITY.values())[:2])
+    deep = type("Deep", (), {"films": ("half", "half"), "quality": None})
+    assert _chosen([draft, final], deep) == ("Final", "Final", final.quality)
+    assert _chosen([draft], deep) == ("Draft (there was no time for Final)", "Draft", draft.quality)
+    assert _chosen([], deep)[0].startswith("Half of the reference")

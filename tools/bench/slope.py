@@ -39,7 +39,7 @@ def slope(bench: Bench) -> list[Table]:
         bench.say(name)
         errors = _errors(scene, deep)
         fit = fits.power(COUNTS, errors, EXPECTED)
-        exponent = fit.fit if fit else float("nan")
+        exponent = fit.fit if fit and fit.fit is not None else float("nan")
         found.append(exponent)
         table.rows.append((name, *errors, exponent))
     mean = float(np.mean(found))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import math
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,8 +29,9 @@ def add(verbs: Verbs) -> None:
         "--reference-samples",
         type=number(2, 65536, int),
         metavar="N",
-        help="of what everything is compared with, however long they take (256, or what two minutes allow)",
+        help="of what everything is compared with, however long they take (2048, or what there is time for)",
     )
+    report.add_argument("--minutes", type=number(0.1, 10000), default=5.0, metavar="N", help="to measure in (5)")
     report.add_argument("--repeats", type=number(1, 100, int), metavar="N", help="timed runs of each setting")
     report.add_argument(
         "--cycles", nargs="*", type=number(1, 65536, int), default=(1, 4, 16, 64, 256), metavar="N",
@@ -46,15 +47,22 @@ def _report(arguments: argparse.Namespace) -> None:
     single = {name: getattr(arguments, name) for name in ("reference_samples", "repeats")}
     axes = report.Axes(**{name: value for name, value in {**given, **single}.items() if value})
     if arguments.reference_samples:
-        axes = replace(axes, reference_seconds=math.inf)
+        axes = replace(axes, patient=True)
     if not arguments.file.is_file():
         raise HybridError(f"no file '{arguments.file}'")  # before a folder is made for it
-    scene = open_file(arguments.file)
-    check_outputs([], arguments.output)
+    scene, folder = open_file(arguments.file), arguments.output
     if arguments.threads is not None:
         scene.hybrid.threads = arguments.threads
-    written = report.write(
-        scene, arguments.output, axes, mode=arguments.mode, resolution=arguments.resolution,
-        cycles_samples=arguments.cycles, say=say,
-    )  # fmt: skip
+    made = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        check_outputs([], folder)
+        written = report.write(
+            scene, folder, axes, mode=arguments.mode, resolution=arguments.resolution, minutes=arguments.minutes,
+            cycles_samples=arguments.cycles, say=say,
+        )  # fmt: skip
+    except BaseException:
+        with suppress(OSError):  # the folders that were made for nothing, from the innermost
+            for path in made:
+                path.rmdir()
+        raise
     say(f"{written} and report.json")
