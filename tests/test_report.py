@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hybrid_addon.presets import QUALITY, Quality
-from hybrid_addon.report import fits, metrics, tables, verdicts
+from hybrid_addon.report import fits, host, metrics, tables, verdicts
 from hybrid_addon.report.reference import CLEAR, pilot, reference
 from hybrid_addon.report.regions import regions
 from hybrid_addon.report.studio import CUTOFFS, Axes, Studio
@@ -295,3 +295,18 @@ def test_the_cells_of_the_page():
     assert '<th class="text">a</th>' in tables.table(("a",), [("b&",)])
     assert '<td class="text">b&amp;</td>' in tables.table(("a",), [("b&",)])
     assert tables.table(("a",), []) == ""
+
+
+def test_the_commit_is_the_one_that_git_noted(tmp_path, monkeypatch):
+    """Loose, packed, without a branch; none where there is no checkout."""
+    monkeypatch.setattr(host, "ROOT", tmp_path)
+    assert host.commit() is None
+    git, long = tmp_path / ".git", "0123456789abcdef0123"
+    (git / "refs" / "heads").mkdir(parents=True)
+    (git / "HEAD").write_text("ref: refs/heads/main\n")
+    (git / "packed-refs").write_text(f"# pack-refs\n{long} refs/heads/main\nffff refs/heads/other\n")
+    assert host.commit() == long[:12]
+    (git / "refs" / "heads" / "main").write_text("a" * 20 + "\n")
+    assert host.commit() == "a" * 12
+    (git / "HEAD").write_text(long + "\n")
+    assert host.commit() == long[:12]

@@ -25,7 +25,7 @@ from .constants import (
 )
 from .geometry import Geometry
 from .media import Media
-from .soup import corner_bounds, facets_of
+from .soup import corner_bounds, facets_of, used_of
 from .surfaces import SurfaceTable
 from .touching import Bodies, neighbour_extent, primitives_of
 from .vectors import cross, dot
@@ -139,7 +139,7 @@ def _bounds(g: Geometry, prims: Numbers) -> tuple[Float64, Float64, Float64]:
 
 def is_closed(mesh: TriangleMesh) -> bool:
     """Whether every edge is walked once each way: by vertex numbers, or else by the places of the vertices."""
-    used = mesh.vertices[np.unique(mesh.triangles)]
+    used = mesh.vertices[used_of(mesh.triangles)]
     if not np.isfinite(used).all():
         return False
     if _edges_match(mesh.triangles, len(mesh.vertices)):
@@ -189,9 +189,11 @@ def _swollen(g: Geometry, solids: Bodies, amount: Float64) -> Geometry:
             radius[prims.start - g.triangle_count] += amount[body]
             continue
         triangles = g.triangles[prims]
-        used, corner = np.unique(triangles, return_inverse=True)
+        used = used_of(triangles)
+        number = np.empty(int(used[-1] - used[0]) + 1, np.intp)
+        number[used - used[0]] = np.arange(len(used))
         points = g.vertices[used].astype(np.float64)
-        normal = _place_normals(points, corner.reshape(-1, 3))
+        normal = _place_normals(points, number[triangles - used[0]])
         vertices[used] = (points + amount[body] * normal).astype(np.float32)
         moved, shares, size, sound = facets_of(vertices[triangles])
         facets[prims] = np.where(sound[:, None], moved, facets[prims])

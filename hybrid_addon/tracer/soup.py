@@ -9,9 +9,12 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64, Int32
 from .constants import EMBREE_LIMIT
-from .vectors import cross, dot
+from .vectors import cross, dot, flatnonzero
 
 Bools = NDArray[np.bool_]
+
+BAND = 1 << 15
+"""Triangles that are worked on at once: of a million each number would need new memory, which takes longer than it."""
 
 
 @dataclass(eq=False)
@@ -39,11 +42,20 @@ def facets_of(points: Float32) -> tuple[Float64, Float64, Float32, Bools]:
     The barycentrics (n, 8) are planes, too: rows a, d, b, e of a.p + d and b.p + e, the weights of the second and third
     corner at p. With edges e1 and e2 and n = e1 x e2, a = e2 x n / n.n and b = n x e1 / n.n.
     """
+    n = len(points)
+    facets, weights, extent, sound = np.empty((n, 4)), np.empty((n, 8)), np.empty(n, np.float32), np.empty(n, bool)
+    for start in range(0, n, BAND):
+        band = slice(start, start + BAND)
+        _facets_of(points[band], facets[band], weights[band], extent[band], sound[band])
+    return facets, weights, extent, sound
+
+
+def _facets_of(points: Float32, facets: Float64, weights: Float64, extent: Float32, sound: Bools) -> None:
+    """The same of some triangles, into arrays."""
     rows = np.ascontiguousarray(points.reshape(-1, 9).T)  # reductions along the first axis are the fast ones
     p = rows.astype(np.float64)
-    facets, weights = np.empty((len(points), 4)), np.empty((len(points), 8))
     with np.errstate(all="ignore"):
-        extent = np.abs(rows).max(axis=0)
+        np.abs(rows).max(axis=0, out=extent)
         first, second = p[3:6] - p[0:3], p[6:9] - p[0:3]
         normal = cross(first, second)
         squared = dot(normal, normal)
@@ -52,11 +64,20 @@ def facets_of(points: Float32) -> tuple[Float64, Float64, Float32, Bools]:
             weights[:, start : start + 3] = across.T
             weights[:, start + 3] = -dot(across, p[0:3])
         length = np.sqrt(squared)
-        sound = (extent < EMBREE_LIMIT) & (length > 0)  # False for NaN
+        np.logical_and(extent < EMBREE_LIMIT, length > 0, out=sound)  # False for NaN
         normal /= length
         facets[:, :3] = normal.T
         facets[:, 3] = dot(normal, p[0:3])
-    return facets, weights, extent, sound
+
+
+def used_of(triangles: NDArray[np.integer]) -> NDArray[np.intp]:
+    """The numbers of the vertices of triangles (n, 3), ascending: without sorting, of vertices that lie together."""
+    if triangles.size == 0:
+        return np.zeros(0, np.intp)
+    first = int(np.min(triangles))
+    used = np.zeros(int(np.max(triangles)) - first + 1, bool)
+    used[triangles.ravel() - first] = True
+    return flatnonzero(used) + first
 
 
 def corner_bounds(vertices: Float32, triangles: NDArray[np.integer]) -> tuple[Float32, Float32]:

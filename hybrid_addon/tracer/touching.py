@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..scene import Float32, Float64
 from .constants import NEIGHBOUR_SWELLING, SWELLING, TOUCH_PAIRS
 from .geometry import Geometry
-from .soup import corner_bounds
+from .soup import corner_bounds, used_of
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -109,7 +109,7 @@ def _points(g: Geometry, solids: Bodies, body: int) -> Float64 | None:
     first = int(solids.first[body])
     if first >= g.triangle_count:
         return None
-    return g.vertices[np.unique(g.triangles[first : first + int(solids.size[body])])].astype(np.float64)
+    return g.vertices[used_of(g.triangles[first : first + int(solids.size[body])])].astype(np.float64)
 
 
 def _ball_touches(g: Geometry, first: int, prims: Numbers, reach: Float64) -> Bools:

@@ -16,6 +16,9 @@ Index = NDArray[np.intp] | slice
 ALL = slice(None)
 """The index of everything."""
 
+LONG = 1 << 17
+"""Columns, above which products in between would each need new memory, which takes longer than working them out."""
+
 
 def dot(a: Array, b: Array) -> Array:
     """Dot product of (3, n) with (3, n), or of (3,) with (3, n): (n,)."""
@@ -28,6 +31,11 @@ def dot(a: Array, b: Array) -> Array:
 def cross(a: Array, b: Array) -> Array:
     """Cross product of two (3, n) arrays."""
     result = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))
+    if a.shape == b.shape and result[0].size > LONG:
+        for start in range(0, result.shape[1], LONG):
+            band = slice(start, start + LONG)
+            result[:, band] = cross(a[:, band], b[:, band])
+        return result
     np.subtract(a[1] * b[2], a[2] * b[1], out=result[0])
     np.subtract(a[2] * b[0], a[0] * b[2], out=result[1])
     np.subtract(a[0] * b[1], a[1] * b[0], out=result[2])
