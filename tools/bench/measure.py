@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from hybrid_addon.clock import Clock
+from hybrid_addon.report.host import cpu_name
 from hybrid_addon.tracer.accel import embree_version
 
 from .table import Table
@@ -115,7 +116,7 @@ def host() -> dict[str, Any]:
     import bpy
 
     return {
-        "cpu": _cpu_name(),
+        "cpu": cpu_name(),
         "cores": cores(),
         "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
         "system": platform.platform(),
@@ -130,14 +131,6 @@ def host() -> dict[str, Any]:
 def cores() -> int:
     """Processors that this process may use."""
     return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
-
-
-def _cpu_name() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return platform.processor()
-    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "unknown")
 
 
 def _commit() -> str:
