@@ -170,11 +170,7 @@ def trace_frame(
         counts=translation.counts,
         time=timing,
         warnings=[*scene_warnings(scene), *translation.warnings, *budget_warnings(scene, timing, film)],
-        skipped=[
-            *([RETRACED] if again else []),
-            *left.skipped(),
-            *([{"what": "raster-backed hits", "why": unfit, "count": 1}] if unfit else []),
-        ],
+        skipped=[*notes, *left.skipped()],
     )
     return results.Frame(window, drawn, mask, traced, report, data_passes(scene, film, mask)), film
 

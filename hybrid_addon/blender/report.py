@@ -90,10 +90,9 @@ def write(
     points, late = measure(studio, wished, deep, axes.repeats, say, budget.begin("points"), cost)
     left_out += verdicts.too_late(late)
     seconds = ready.time["translate"]["wall"] + studio.build["wall"]
-    translated = partial(scan.translated, scene, ready.size)
-    theirs = against_cycles(
-        scene, _settings(scene), translated, studio, deep, axes, cycles_samples, say, budget.begin("cycles")
-    )
+    is_physical = scene.hybrid.light_falloff == "PHYSICAL" or not studio.scene.lights
+    physical = None if is_physical else partial(_physical, scene, ready)
+    theirs = against_cycles(scene, studio, physical, deep, axes, cycles_samples, say, budget.begin("cycles"))
     left_out += [
         {"what": f"Cycles, {n} samples", "why": "there was no time for it"} for n in theirs.get("left_out", [])
     ]
@@ -175,6 +174,11 @@ def _prepared(scene: bpy.types.Scene, size: Size, axes: Axes, until: float, say:
     spent["translate"] = clock.read()
     studio = Studio(translation.scene, _settings(scene), mask)
     return _Set(size, raster, translation, studio, pilot(studio, axes, until), spent)
+
+
+def _physical(scene: bpy.types.Scene, ready: _Set) -> Studio:
+    """The same with lights that never end."""
+    return Studio(scan.translated(scene, ready.size, "PHYSICAL").scene, _settings(scene), ready.studio.mask)
 
 
 def _set_up(scene: bpy.types.Scene, mode: str | None, resolution: Size | None) -> Size:

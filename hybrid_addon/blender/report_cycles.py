@@ -14,11 +14,9 @@ from ..report import metrics
 from ..report.reference import SEEDS, Reference
 from ..report.studio import Axes, Studio
 from ..report.sweep import Say
-from ..scene import Float64, Settings
+from ..scene import Float64
 from . import cycles
 from .errors import HybridError
-from .sync import Translation
-from .sync.light import Falloff
 
 TRIAL = 16
 """Samples that tell what one costs."""
@@ -29,9 +27,8 @@ DEEP, PHYSICAL = 0.6, 0.2
 
 def against_cycles(
     scene: bpy.types.Scene,
-    settings: Settings,
-    translated: Callable[[Falloff], Translation],
     studio: Studio,
+    physical: Callable[[], Studio] | None,
     deep: Reference,
     axes: Axes,
     samples: Sequence[int],
@@ -40,13 +37,15 @@ def against_cycles(
 ) -> dict[str, Any]:
     """Cycles at several sample counts against its own reference, and our reference against that, by region.
 
-    translated : the scene, with this falloff of lights.   until : on time.perf_counter's clock; what does not fit is
-    in `left_out`. {"why"} alone where nothing was measured.
+    physical : the same with lights that never end, as Cycles' do; None: so they are.   until : on time.perf_counter's
+    clock; what does not fit is in `left_out`. {"why"} alone where nothing was measured.
     """
     if not samples:
         return {"why": "Cycles was not asked for."}
-    began = time.perf_counter()
-    ours = _with_physical_lights(scene, settings, translated, studio, deep, axes, say, PHYSICAL * (until - began))
+    ours = deep.picture
+    if physical is not None:
+        say("our reference with physical lights, to compare with Cycles")
+        ours = _deep(physical(), deep, axes, PHYSICAL * (until - time.perf_counter()))
     try:
         cycles.whitted_subset(scene, studio.scene, axes.deepest)
     except HybridError as error:
@@ -107,24 +106,11 @@ def _points(
     return points, [count for count in samples if count not in pictures]
 
 
-def _with_physical_lights(
-    scene: bpy.types.Scene,
-    settings: Settings,
-    translated: Callable[[Falloff], Translation],
-    studio: Studio,
-    deep: Reference,
-    axes: Axes,
-    say: Say,
-    seconds: float,
-) -> Float64:
-    """Our reference with lights that never end, as Cycles' do; with fewer samples, for which there are seconds."""
-    if scene.hybrid.light_falloff == "PHYSICAL" or not studio.scene.lights:
-        return deep.picture
-    say("our reference with physical lights, to compare with Cycles")
-    other = Studio(translated("PHYSICAL").scene, settings, studio.mask)
+def _deep(studio: Studio, deep: Reference, axes: Axes, seconds: float) -> Float64:
+    """A picture (h, w, 3) as deep as the reference, with fewer samples, for which there are seconds."""
     count = deep.quality.samples // 4
     count = max(1, count if axes.patient else min(count, int(seconds / max(deep.each, 1e-9))))
-    return other.shown(other.trace(replace(deep.quality, samples=count))).astype(np.float64)
+    return studio.shown(studio.trace(replace(deep.quality, samples=count))).astype(np.float64)
 
 
 def _box(region: metrics.Bools) -> tuple[int, int, int, int]:

@@ -175,7 +175,7 @@ def visibility(
         o, d, t = take(origin, asked), take(wi, asked), take(t_max, asked)
         is_blocked[asked] = blockers.casts.occluded(o, d, t, tally)
         is_open &= ~is_blocked
-        tally.add("any_hit", count(asked, len(is_open)) - (np.count_nonzero(is_blocked) if blockers.tints else 0))
+        tally.add("any_hit", np.count_nonzero(is_open) if blockers.tints else count(asked, len(is_open)))
         if not blockers.tints:
             return is_open
     blocked = select(is_blocked)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hybrid_addon.scene import AreaLight, PointLight, Settings, SpotLight, SunLight, Surface, World
-from hybrid_addon.tracer import accel, trace
+from hybrid_addon.tracer import accel, shadows, trace
 from hybrid_addon.tracer.plan import describe
 from hybrid_addon.tracer.prunings import PRUNINGS
 
@@ -206,6 +206,22 @@ def test_the_plan_says_how_much_was_left_out(build):
     assert saved["reflection"] == 1 and saved["weightless"] is None  # no ray reaches the glass
     both = {row["name"]: row for row in trace(scene, replace(how, keep=frozenset({"unlit"})), mask).plan}
     assert both["unlit"]["saved"] is None and both["unlit"]["unit"] == "rays"
+
+
+def test_each_shadow_ray_is_answered_by_any_hit_or_walked(build, monkeypatch):
+    """Those that start inside of half clear things are walked at once."""
+    walked, walk = [], shadows._transmittance
+
+    def counted(scene, blockers, origin, wi, *rest):
+        walked.append(wi.shape[1])
+        return walk(scene, blockers, origin, wi, *rest)
+
+    monkeypatch.setattr(shadows, "_transmittance", counted)
+    ball, floor = build.icosphere(2, 1, smooth=True), build.quad([(-9, -9, -1), (9, -9, -1), (9, 9, -1), (-9, 9, -1)])
+    scene = build.scene((ball, Surface(opacity=0.5, ior=1.5)), (floor, build.matte()), lights=(LAMP,))
+    film = trace(scene, ALL)
+    saved = {row["name"]: row["saved"] for row in film.plan}["any-hit"]
+    assert 0 < saved < film.rays["shadow"] and saved + sum(walked) == film.rays["shadow"]
 
 
 def test_describe_says_what_a_trace_would_skip_without_tracing(build):
