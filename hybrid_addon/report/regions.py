@@ -20,7 +20,7 @@ def object_ids(scene: CompiledScene) -> NDArray[np.int32]:
     x0, y0, x1, y1 = scene.camera.window
     y, x = np.mgrid[y0:y1, x0:x1] + 0.5
     geometry = scene.geometry
-    rays = generate_rays(scene.camera, x.ravel(), y.ravel(), geometry.center, geometry.bounds_radius())
+    rays = generate_rays(scene.camera, x.ravel(), y.ravel(), geometry.center, geometry.bounds_radius)
     hits = scene.seen_by_camera.nearest(*rays[:2], Tally())
     number = np.where(hits.prim >= 0, geometry.object.take(hits.prim, mode="wrap"), -1)
     return number.reshape(y1 - y0, x1 - x0).astype(np.int32)

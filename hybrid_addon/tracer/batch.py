@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64, Instance, Int32, Plane, Scene, Sphere, TriangleMesh
 from .constants import EMBREE_LIMIT
+from .kept import Kept
 from .soup import facets_of
 from .vectors import cross, dot, select
 
@@ -75,12 +76,12 @@ def visible(thing: Instance | Sphere | Plane) -> bool:
     return v.camera or v.shadow or v.secondary
 
 
-def batches_of(scene: Scene) -> Iterator[Batch]:
+def batches_of(scene: Scene, without: frozenset[int] = frozenset()) -> Iterator[Batch]:
     """Group the visible instances by mesh: numpy then works on all instances of a mesh at once. Those that are likely
-    to move are a batch of their own, so that the others can be kept."""
+    to move are a batch of their own, so that the others can be kept. without: numbers of instances to leave out."""
     members: dict[tuple[int, bool], list[int]] = {}
     for number, instance in enumerate(scene.instances):
-        if visible(instance) and len(scene.meshes[instance.mesh].triangles):
+        if visible(instance) and number not in without and len(scene.meshes[instance.mesh].triangles):
             members.setdefault((instance.mesh, instance.moves), []).append(number)
     for (mesh, _), numbers in members.items():
         instances = [scene.instances[n] for n in numbers]
@@ -101,6 +102,11 @@ def _transform(points: Float64, matrices: Float64) -> Float64:
             if m.shape[2] > 3:
                 row += m[:, i, 3]
     return result
+
+
+def bounds_of_batch(batch: Batch, kept: Kept) -> Float64:
+    """`bounds_of_instances`, those of an earlier frame if it had the same."""
+    return kept.take(("bounds", *batch.key), partial(bounds_of_instances, batch))
 
 
 def bounds_of_instances(batch: Batch) -> Float64:

@@ -138,7 +138,7 @@ def _may_be_shadowed(view: CompiledScene, band: Pixels, casters: list[Casters], 
     x0, y0, x1, _ = view.camera.window
     geometry, table = view.geometry, view.surfaces
     x, y = (np.asarray(place + 0.5, np.float64) for place in (x0 + band % (x1 - x0), y0 + band // (x1 - x0)))
-    origin, direction, t_max = generate_rays(view.camera, x, y, geometry.center, geometry.bounds_radius())
+    origin, direction, t_max = generate_rays(view.camera, x, y, geometry.center, geometry.bounds_radius)
     result = np.zeros(len(band), bool)
     sound = np.flatnonzero(traceable(origin, direction))
     origin, direction = origin[:, sound], direction[:, sound].astype(np.float32, copy=False)

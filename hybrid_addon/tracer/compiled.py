@@ -44,12 +44,20 @@ class CompiledScene:
     backing : what raster-backed hits are looked up in, or None.
     """
 
-    def __init__(self, scene: Scene, settings: Settings, kept: Kept | None = None, pixels: int | None = None) -> None:
-        """kept: what an earlier frame has left, and what this one leaves. pixels: to be traced; None: all."""
+    def __init__(
+        self,
+        scene: Scene,
+        settings: Settings,
+        kept: Kept | None = None,
+        pixels: int | None = None,
+        once: bool = False,
+    ) -> None:
+        """kept: what an earlier frame has left, and what this one leaves. pixels: to be traced; None: all.
+        once: for one picture with this camera and these settings, so that what no ray of it meets is left out."""
         self.settings = settings
         self._kept = Kept(0) if kept is None or "unchanged" in settings.keep else kept
         self._kept.begin(sum(len(scene.meshes[i.mesh].triangles) for i in scene.instances))
-        prepared = prepare(scene, settings, self._kept)
+        prepared = prepare(scene, settings, self._kept, once)
         self.camera = prepared.camera
         self.geometry, self.surfaces, self.world = prepared.geometry, prepared.surfaces, prepared.world
         self.media = prepared.media
@@ -126,7 +134,8 @@ class CompiledScene:
         self.plan.skipped.extend(found)
 
     def seen_from(self, camera: Camera, settings: Settings) -> CompiledScene:
-        """The same scene for another camera and other samples, depth or cutoff; `see` and `transparent` must agree."""
+        """The same scene for another camera and other samples, depth or cutoff; `see` and `transparent` must agree, and
+        it must not have been made ready to be used `once`."""
         other = copy.copy(self)
         other.camera, other.settings = camera, settings
         return other

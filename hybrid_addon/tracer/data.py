@@ -49,7 +49,7 @@ def _first_hits(
 ) -> tuple[np.ndarray, Interaction | None]:
     """Which film positions (m,) show something, and their hits; None if none does."""
     geometry = scene.geometry
-    origin, direction, t_max = generate_rays(scene.camera, x, y, geometry.center, geometry.bounds_radius())
+    origin, direction, t_max = generate_rays(scene.camera, x, y, geometry.center, geometry.bounds_radius)
     sound = np.flatnonzero(traceable(origin, direction))
     rays = camera_rays(origin, direction, t_max, np.arange(len(x))).take(sound)
     hits: Hits = scene.seen_by_camera.nearest(rays.origin, rays.direction, tally)

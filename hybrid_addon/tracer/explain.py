@@ -53,7 +53,7 @@ def explain(scene: CompiledScene, x: int, y: int) -> Node:
     """The tree of the ray through the centre of pixel (x, y) of the full frame, row 0 at the bottom."""
     settings, geometry = scene.settings, scene.geometry
     origin, direction, t_max = generate_rays(
-        scene.camera, np.array([x + 0.5]), np.array([y + 0.5]), geometry.center, geometry.bounds_radius()
+        scene.camera, np.array([x + 0.5]), np.array([y + 0.5]), geometry.center, geometry.bounds_radius
     )
     tally = Tally()
     with np.errstate(all="ignore"):

@@ -20,13 +20,13 @@ from .batch import (
     Layouts,
     Shape,
     batches_of,
-    bounds_of_instances,
+    bounds_of_batch,
     corner_data_of,
     shapes_of,
     surface_of_triangles,
     visible,
 )
-from .constants import STEADY_SCENE
+from .constants import MAX_SWELLING, STEADY_SCENE
 from .kept import MADE_READY, Kept
 from .soup import Soup, join, no_triangles
 from .subdivide import split_large_triangles
@@ -62,6 +62,7 @@ class Geometry:
     sphere_radius: Float64  # (ns,)
     dropped: int  # triangles left out because they are degenerate or not finite
     split: int  # triangles made by splitting large ones towards small flagged objects
+    bounds_radius: float  # of a ball around the centre that holds the whole scene; infinite if there are planes
 
     @cached_property
     def heights(self) -> Float32:
@@ -81,25 +82,26 @@ class Geometry:
         """Spheres come right after the triangles."""
         return len(self.sphere_radius)
 
-    def bounds_radius(self) -> float:
-        """Radius of a ball around the centre that holds all primitives (infinite if there are planes)."""
-        n = self.triangle_count + self.sphere_count
-        if n < len(self.surface):
-            return float("inf")
-        return float(np.sqrt(3) * np.max(self.extent, initial=0.0))
 
-
-def flatten(scene: Scene, layouts: Layouts, use_normals: bool = True, kept: Kept | None = None) -> Geometry:
+def flatten(
+    scene: Scene,
+    layouts: Layouts,
+    use_normals: bool = True,
+    kept: Kept | None = None,
+    without: frozenset[int] = frozenset(),
+) -> Geometry:
     """Realise all visible instances.
 
     layouts     : for each surface of the scene what it reads of a mesh's corners.
     use_normals : False leaves the shading normals out (a plan that never shades).
     kept        : what an earlier frame has left, and what this one leaves.
+    without     : numbers of instances that are not realised. Coordinates and bounds are those of the whole scene.
     """
     kept = Kept(0) if kept is None else kept
     batches = list(batches_of(scene))
     spheres, planes = [s for s in scene.spheres if visible(s)], [p for p in scene.planes if visible(p)]
-    center = _center(scene, batches, spheres, kept)
+    center, radius = _center_and_radius(scene, batches, spheres, kept)
+    batches = list(batches_of(scene, without)) if without else batches
     shapes = _shapes(batches, center, use_normals, kept)
     parts = [_realise(batch, shape, layouts) for batch, shape in zip(batches, shapes, strict=True)]
     mesh = join(parts) if parts else no_triangles()
@@ -107,18 +109,23 @@ def flatten(scene: Scene, layouts: Layouts, use_normals: bool = True, kept: Kept
     mesh = split_large_triangles(mesh, balls)
     analytic: list[Sphere | Plane] = [*scene.spheres, *scene.planes]
     numbers = [number for number, thing in enumerate(analytic, len(scene.instances)) if visible(thing)]
-    return _assemble(mesh, layouts, center, spheres, planes, numbers)
+    return _assemble(mesh, layouts, center, np.inf if planes else radius, spheres, planes, numbers)
 
 
-def _center(scene: Scene, batches: list[Batch], spheres: Sequence[Sphere], kept: Kept) -> Float64:
-    """Centre of the bounds of what is flagged, else of everything: there coordinates are small and rounding is least.
-
-    The camera's place if there is only the unbounded.
-    """
-    boxes = [kept.take(("bounds", *batch.key), partial(bounds_of_instances, batch)) for batch in batches]
+def _center_and_radius(
+    scene: Scene, batches: list[Batch], spheres: Sequence[Sphere], kept: Kept
+) -> tuple[Float64, float]:
+    """The centre of coordinates, and the radius of a ball around it that holds everything, however it swells."""
+    boxes = [bounds_of_batch(batch, kept) for batch in batches]
     everything, flagged = (_box(batches, boxes, spheres, only_flagged) for only_flagged in (False, True))
     if not len(everything):
-        return np.array(scene.camera.matrix_world, np.float64)[:3, 3]
+        return np.array(scene.camera.matrix_world, np.float64)[:3, 3], 0.0
+    center = _center(batches, everything, flagged)
+    return center, float(np.sqrt(3) * np.max(np.abs(everything - center)) * (1 + MAX_SWELLING))
+
+
+def _center(batches: list[Batch], everything: Float64, flagged: Float64) -> Float64:
+    """That of the bounds of what is flagged, else of everything: there coordinates are small and rounding is least."""
     low, high = flagged if len(flagged) else everything
     middle, size = (low + high) / 2, np.max(high - low)
     moves = any(i.moves and i.ray_traced for batch in batches for i in batch.instances)
@@ -186,6 +193,7 @@ def _assemble(
     mesh: Soup,
     layouts: Layouts,
     center: Float64,
+    radius: float,
     spheres: Sequence[Sphere],
     planes: Sequence[Plane],
     numbers: list[int],
@@ -227,4 +235,5 @@ def _assemble(
         sphere_radius=sphere_radius,
         dropped=mesh.dropped,
         split=mesh.split,
+        bounds_radius=radius,
     )

@@ -70,6 +70,10 @@ TURN = 0.618
 RUNS = 32
 """For each portion: from so many places of the picture at least."""
 
+WITHOUT_TREES = 2
+"""Where no ray spawns another, blocks are so many times shorter: what they take stays in the cache, and less of it is
+new to a process that was just forked. Elsewhere long ones are worth more: few rays of them are left in the end."""
+
 DEVELOP = -1
 """The kind of a job that takes no samples."""
 
@@ -242,7 +246,8 @@ class Passes:
         u, v = (place.astype(np.float64) for place in self.filter.places(work.first, count, work.spread))
         signed = work.signed or self.scene.plan.draws
         branched = not BRANCHES.keys().isdisjoint(wanted_parts(self.settings))
-        number = -(-len(pixels) * count // self.settings.chunk)
+        longest = self.settings.chunk if self.scene.plan.secondary else -(-self.settings.chunk // WITHOUT_TREES)
+        number = -(-len(pixels) * count // longest)
         size = -(-len(pixels) // min(number, len(pixels)))
         in_solid = self.scene.camera_in_solid
         for start in range(0, len(pixels), size):
@@ -251,7 +256,7 @@ class Passes:
             film_x, film_y = (x[:, None] + 0.5 + u).ravel(), (y[:, None] + 0.5 + v).ravel()
             on_lens = None if camera.lens is None else points_on_lens(camera.lens, sampler, sample)
             origin, direction, t_max = generate_rays(
-                camera, film_x, film_y, geometry.center, geometry.bounds_radius(), on_lens
+                camera, film_x, film_y, geometry.center, geometry.bounds_radius, on_lens
             )
             media = self.scene.media.empty(len(sample))
             if in_solid:

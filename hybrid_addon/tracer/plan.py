@@ -25,6 +25,7 @@ from .reach import bounds_of, can_reach
 from .solids import find_solids
 from .surfaces import SurfaceTable, compile_surfaces, expressions_of, layout
 from .texels import with_finite_texels
+from .unmet import unmet
 from .validate import validate
 from .world import CompiledWorld
 
@@ -131,8 +132,11 @@ class Prepared:
     plan: Plan
 
 
-def prepare(scene: Scene, settings: Settings, kept: Kept | None = None) -> Prepared:
-    """Compile a validated scene to tables and plan the work on it. Raises ValueError for a pruning that is none."""
+def prepare(scene: Scene, settings: Settings, kept: Kept | None = None, once: bool = False) -> Prepared:
+    """Compile a validated scene to tables and plan the work on it. Raises ValueError for a pruning that is none.
+
+    once : it is for one picture, with this camera and these settings.
+    """
     unknown = sorted(settings.keep - BY_NAME.keys())
     if unknown:
         raise ValueError(f"settings: no pruning is called {unknown[0]!r}")
@@ -144,7 +148,9 @@ def prepare(scene: Scene, settings: Settings, kept: Kept | None = None) -> Prepa
     scene = _with_images(scene, notes)
     surfaces, world = compile_surfaces(scene.surfaces), _world(scene.world, kept)
     layouts = [layout(s) for s in surfaces.surfaces]
-    geometry, media = find_solids(scene, flatten(scene, layouts, kept=kept), surfaces)
+    far = unmet(scene, settings, surfaces, world, kept) if once else frozenset()
+    far = far if notes.spare("unmet", bool(far), "no ray can meet them", len(far)) else frozenset()
+    geometry, media = find_solids(scene, flatten(scene, layouts, kept=kept, without=far), surfaces)
     if media.rows == 0 and not notes.spare("media", True, "no closed body transmits"):
         media = replace(media, rank=np.zeros(len(geometry.surface), np.int32), rows=1)
     why = "only closed bodies have an inside" if surfaces.absorbs.any() else "no closed body absorbs"
@@ -193,7 +199,7 @@ def _with_images(scene: Scene, notes: _Notes) -> Scene:
 def describe(scene: Scene, settings: Settings) -> Plan:
     """What a trace of this scene would leave out, with reasons; nothing is traced. Raises as `trace` does."""
     validate(scene, settings, None)
-    return prepare(scene, settings).plan
+    return prepare(scene, settings, once=True).plan
 
 
 def make_plan(

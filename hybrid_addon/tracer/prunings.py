@@ -52,6 +52,13 @@ PRUNINGS = (
     Pruning("roughness", "exact if", "random microfacets", "all that rays reach is smooth", "surfaces"),
     Pruning("depth-of-field", "exact if", "random points on the lens", "the camera is a pinhole"),
     Pruning("secondary", "exact if", "the search tree for reflected and refracted rays", "there are no such rays"),
+    Pruning(
+        "unmet",
+        "exact if",
+        "objects: making ready, and search trees",
+        "no ray can meet them; all rays end at matte surfaces or at flat mirrors",
+        "objects",
+    ),
     Pruning("emission", "exact if", "emission", "no surface that rays reach emits", "surfaces"),
     Pruning(
         "ambient",

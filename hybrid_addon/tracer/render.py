@@ -70,7 +70,7 @@ def trace(
 def _compiled(scene: Scene, settings: Settings, mask: Float32 | None, kept: Kept | None) -> CompiledScene:
     """The scene made ready; nothing of it for an empty mask, unless what is out of sight may cast shadows."""
     if mask is None or np.any(mask) or settings.raster_shadows or "empty-mask" in settings.keep:
-        return CompiledScene(scene, settings, kept, None if mask is None else int(np.count_nonzero(mask)))
+        return CompiledScene(scene, settings, kept, None if mask is None else int(np.count_nonzero(mask)), once=True)
     compiled = CompiledScene(Scene(scene.camera), settings)
     compiled.plan.applies["empty-mask"] = True
     compiled.plan.skipped[:] = [{"what": "tracing", "why": "the mask is empty", "count": 1}]

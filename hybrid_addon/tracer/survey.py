@@ -101,7 +101,7 @@ def _trace(scene: CompiledScene, watch: _Watch, check: Callable[[], None]) -> No
     pixel = np.arange(n)
     center = scene.geometry.center
     x, y = (pixel % width + 0.5).astype(np.float64), (pixel // width + 0.5).astype(np.float64)
-    origin, direction, t_max = generate_rays(scene.camera, x, y, center, scene.geometry.bounds_radius())
+    origin, direction, t_max = generate_rays(scene.camera, x, y, center, scene.geometry.bounds_radius)
     tally = Tally()
     with np.errstate(all="ignore"):
         media = scene.media.around_camera(origin, direction, lambda: scene.solids, tally)

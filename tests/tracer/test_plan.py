@@ -69,6 +69,9 @@ def scenes(build):
         (other, build.matte(), unseen),
         lights=tuple(low()),
     )
+    pane = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    behind = build.box((-1, -1, -3), (1, 1, -2))
+    yield build.scene((pane, build.mirror(0.7)), (other, build.matte(), unseen), (behind, build.matte(), unseen))
 
 
 def low():
