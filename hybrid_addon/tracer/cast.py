@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -23,9 +22,11 @@ from .camera import generate_rays
 from .casters import Casters, find_casters
 from .compiled import CompiledScene
 from .constants import NEAR_BALL, REACH_MARGIN
+from .crew import workers, zeros_for
 from .film import grow
 from .lights import CompiledLight
-from .passes import Pass, Passes, Pixels, workers
+from .passes import Pass, Passes, Pixels, Progress
+from .strips import strips_of
 from .tally import Tally
 from .totals import Totals
 from .vectors import dot
@@ -40,12 +41,12 @@ BUDGET_SHARE = 0.5
 
 
 def raster_shadow(
-    scene: CompiledScene, mask: Float32 | None, tally: Tally, deadline: float, report: Callable[[float], None]
+    scene: CompiledScene, mask: Float32 | None, tally: Tally, deadline: float, report: Progress
 ) -> Float32:
     """`Film.shadow` (h, w, 3): light with the shadows of flagged objects over light without; 1 within the mask.
 
     mask   : (h, w) coverage of the flagged objects; None: unknown.
-    report : told the fraction done; may raise to stop.
+    report : called now and then; may raise to stop.
     """
     x0, y0, x1, y1 = scene.camera.window
     n = (x1 - x0) * (y1 - y0)
@@ -56,7 +57,12 @@ def raster_shadow(
     if len(pixels):
         wanted = np.zeros(n, bool)
         wanted[pixels] = True
-        shadowed, plain = _trace(views, scene, wanted.reshape(y1 - y0, x1 - x0), tally, deadline, report)
+        rows, parts, now = wanted.reshape(y1 - y0, x1 - x0), [], time.perf_counter()
+        enough = now + BUDGET_SHARE * (deadline - now)
+        for strip in strips_of(x1 - x0, y1 - y0, rows):
+            until = strip.deadline(enough, time.perf_counter())
+            parts.append(_trace(views, scene, rows, strip.rows, tally, until, report))
+        shadowed, plain = (np.concatenate(of_view, axis=1) for of_view in zip(*parts, strict=True))
         with np.errstate(all="ignore"):
             share = np.where(shadowed == plain, np.float32(1), shadowed / plain)
         result[pixels] = np.where(np.isfinite(share), share, np.float32(1)).T
@@ -67,15 +73,17 @@ def _trace(
     views: list[CompiledScene],
     scene: CompiledScene,
     wanted: Bools,
+    rows: slice,
     tally: Tally,
     deadline: float,
-    report: Callable[[float], None],
+    report: Progress,
 ) -> list[Float32]:
-    """Radiance (3, m) of the wanted pixels (h, w) in both views, with the same samples: all that there is time for."""
-    samples, began = scene.settings.samples, time.perf_counter()
-    both = [Passes(view, _told(report), wanted) for view in views]
+    """Radiance (3, m) of the wanted pixels (h, w) of some rows in both views, with the same samples: all that there is
+    time for."""
+    samples = scene.settings.samples
+    both = [Passes(view, report, wanted, rows) for view in views]
     for passes in both:
-        passes.totals = Totals.zeros(passes.grid, passes.filter, False, zeros=passes.crew.zeros)
+        passes.totals = Totals.zeros(passes.grid, passes.filter, False, zeros=zeros_for(scene.settings))
     pixels = np.arange(len(both[0].grid))
     taken, count = 0, samples if deadline == math.inf else 1
     with both[0], both[1]:
@@ -87,20 +95,12 @@ def _trace(
                 passes.run(pixels, work, (span[0], span[1]))
             taken += count
             count = min(taken, samples - taken)
-            if time.perf_counter() - began > BUDGET_SHARE * (deadline - began):
+            if time.perf_counter() > deadline:
                 break
     for passes in both:
         tally.merge(passes.tally)
     inside = both[0].grid.inside()
     return [passes.totals.mean(inside) for passes in both]
-
-
-def _told(report: Callable[[float], None]) -> Callable[[float], bool]:
-    def progress(fraction: float) -> bool:
-        report(fraction)
-        return True
-
-    return progress
 
 
 # ------------------------------------------------------------------------------------------------ which pixels

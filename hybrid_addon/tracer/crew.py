@@ -40,7 +40,7 @@ SLOTS = 1 << 12
 """Jobs, of all that were begun and not finished, whose progress is told apart: far more than there are processes."""
 
 Zeros = Callable[[tuple[int, ...], DTypeLike], NDArray[Any]]
-"""Makes arrays of zeros: `Crew.zeros` those that all write to as one."""
+"""Makes arrays of zeros: `zeros_for` those that all who work write to as one."""
 
 Finished = Callable[[Tally], None]
 Watch = Callable[[], None]
@@ -76,6 +76,16 @@ def workers(settings: Settings) -> int:
     return min(wished(settings), MOST_THREADS)
 
 
+def has_forks(settings: Settings) -> bool:
+    """Whether there may be processes."""
+    return settings.processes and AVAILABLE
+
+
+def zeros_for(settings: Settings) -> Zeros:
+    """What makes arrays of zeros that all who work write to as one."""
+    return shared_zeros if has_forks(settings) else np.zeros
+
+
 class Crew:
     """Does jobs, those of one piece of work after those of another.
 
@@ -85,14 +95,10 @@ class Crew:
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
-        self.forks = settings.processes and AVAILABLE
+        self.forks = has_forks(settings)
         self.stop = threading.Event()
-        self.begun = self.zeros((SLOTS,), np.int64)
+        self.begun = zeros_for(settings)((SLOTS,), np.int64)
         self._processes: Forks | None = None
-
-    def zeros(self, shape: tuple[int, ...], dtype: DTypeLike) -> NDArray:
-        """An array of zeros that all write to as one."""
-        return shared_zeros(shape, dtype) if self.forks else np.zeros(shape, dtype)
 
     def slot(self, job: Job) -> NDArray[np.int64]:
         """(1,) where to note how far it has come."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from ..scene import Float32
 from .constants import FAILED_PIXEL
 from .crew import Zeros
+from .sums import LIGHT_PASSES
 from .tally import Tally
 from .totals import Totals
 from .vectors import as_slice
@@ -19,11 +21,11 @@ from .vectors import as_slice
 class Developed:
     """Of the n pixels of a window, those that were traced; threads and processes work on bands of them.
 
+    only_flagged : a pixel has a colour only where a sample counts.
     radiance : (n, 3).   residual, coverage : (n,).   parts : the light passes (n, k), by name.
     wanted   : (n,) bool, what was traced.   known : (n,) bool, of these that have a colour.
     """
 
-    totals: Totals
     only_flagged: bool
     radiance: Float32
     residual: Float32
@@ -33,20 +35,18 @@ class Developed:
     known: NDArray[np.bool_]
 
     @classmethod
-    def zeros(cls, totals: Totals, n: int, only_flagged: bool, zeros: Zeros) -> Developed:
-        """Nothing yet. only_flagged: a pixel has a colour only where a sample counts. zeros: `Crew.zeros`."""
-        parts = {name: zeros((n, rows.stop - rows.start), np.float32) for name, rows in totals.rows.items()}
+    def zeros(cls, n: int, only_flagged: bool, names: Iterable[str], zeros: Zeros) -> Developed:
+        """Nothing yet. names: of the light passes. zeros: of those that fill it, `crew.zeros_for`."""
+        parts = {name: zeros((n, LIGHT_PASSES[name]), np.float32) for name in names}
         radiance, residual, coverage = (zeros(shape, np.float32) for shape in ((n, 3), (n,), (n,)))
-        return cls(
-            totals, only_flagged, radiance, residual, coverage, parts, zeros((n,), np.bool_), zeros((n,), np.bool_)
-        )
+        return cls(only_flagged, radiance, residual, coverage, parts, zeros((n,), np.bool_), zeros((n,), np.bool_))
 
-    def develop(self, start: int, stop: int) -> Tally:
-        """The pixels `start` to `stop` of the grid; how many failed, and how many are negative."""
-        tally, window = Tally(), self.totals.grid.window
+    def develop(self, totals: Totals, start: int, stop: int) -> Tally:
+        """The pixels `start` to `stop` of the totals' grid; how many failed, and how many are negative."""
+        tally, window = Tally(), totals.grid.window
         with tally.phase("develop"), np.errstate(all="ignore"):
             band = start + np.flatnonzero(window[start:stop] >= 0)
-            light, lost, parts, covered = self.totals.developed(band)
+            light, lost, parts, covered = totals.developed(band)
             failed = ~np.isfinite(light).all(axis=0) | ~np.isfinite(lost)
             tally.add("nan_pixels", np.count_nonzero(failed))
             tally.add("negative_radiance", np.count_nonzero((light < 0).any(axis=0)))
@@ -54,7 +54,7 @@ class Developed:
                 light[:, failed] = np.array(FAILED_PIXEL)[:, None]
                 lost[failed] = 1
             place = as_slice(window[band])
-            self.known[place] = covered > 0 if self.only_flagged else self.totals.samples[band] > 0
+            self.known[place] = covered > 0 if self.only_flagged else totals.samples[band] > 0
             self.residual[place], self.coverage[place] = lost, covered
             for channel, values in enumerate(light):
                 self.radiance[place, channel] = values

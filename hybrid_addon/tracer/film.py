@@ -100,27 +100,33 @@ class Grid:
         resolution: tuple[int, int],
         wanted: NDArray[np.bool_] | None,
         reach: int,
+        rows: slice | None = None,
     ) -> Grid:
         """Of a window (x0, y0, x1, y1) in a frame. wanted: (h, w) bool, or None: all of it. reach: of the filter.
+        rows: of the window that the pixels are to lie in; None: all.
 
-        The pixels just outside are those in the frame that wanted ones reach: a part then looks as in the whole frame.
+        The pixels just outside are those of the frame around the window, and of its other rows those wanted, that
+        wanted ones reach: a part then looks as in the whole frame.
         """
         x0, y0, x1, y1 = window
+        width, height = x1 - x0, y1 - y0
+        start, stop = (0, height) if rows is None else (rows.start, rows.stop)
         margin = 2 * reach  # the pixels just outside, and around them nothing
-        inner = slice(margin, margin + y1 - y0), slice(margin, margin + x1 - x0)
-        inside = np.zeros((y1 - y0 + 2 * margin, x1 - x0 + 2 * margin), bool)
-        inside[inner] = True if wanted is None else wanted
-        outside = grow(inside, reach)
-        outside[inner] = False
-        y, x = np.ogrid[y0 - margin : y1 + margin, x0 - margin : x1 + margin]
-        outside &= (x >= 0) & (x < resolution[0]) & (y >= 0) & (y < resolution[1])
-        in_window = np.full(inside.shape, -1, np.int32)
-        in_window[inner] = np.arange((y1 - y0) * (x1 - x0), dtype=np.int32).reshape(y1 - y0, x1 - x0)
-        traced = inside | outside
+        below, above = max(start - margin, 0), min(stop + margin, height)  # rows of the window that are in the grid
+        inner, columns = slice(margin, margin + stop - start), slice(margin, margin + width)
+        whole = slice(margin - (start - below), inner.stop + (above - stop)), columns
+        y, x = np.ogrid[y0 + start - margin : y0 + stop + margin, x0 - margin : x1 + margin]
+        may = (x >= 0) & (x < resolution[0]) & (y >= 0) & (y < resolution[1])
+        may[whole] = True if wanted is None else wanted[below:above]
+        inside = np.zeros_like(may)
+        inside[inner, columns] = may[inner, columns]
+        in_window = np.full(may.shape, -1, np.int32)
+        in_window[inner, columns] = np.arange(start * width, stop * width, dtype=np.int32).reshape(stop - start, width)
+        traced = inside | (may & grow(inside, reach))
         place = np.flatnonzero(traced).astype(np.int32)
         number = np.full(traced.shape, -1, np.int32)
         number[traced] = np.arange(len(place), dtype=np.int32)
-        return cls((x0 - margin, y0 - margin), traced.shape, place, number.reshape(-1), in_window[traced])
+        return cls((x0 - margin, y0 + start - margin), traced.shape, place, number.reshape(-1), in_window[traced])
 
     def __len__(self) -> int:
         return len(self.place)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from .camera import generate_rays, points_on_lens
 from .compiled import CompiledScene
-from .crew import FEWEST, Crew, Job, wished, workers
+from .crew import FEWEST, Crew, Job, wished, workers, zeros_for
 from .film import Grid, PixelFilter
 from .primitives import PrimitiveSet
 from .rays import Rays, camera_rays
@@ -103,7 +103,8 @@ class Pass:
 
 
 class Passes:
-    """Runs passes over pixels of a window: all of them, or those `wanted` (h, w). To be used in a `with`.
+    """Runs passes over pixels of a window: all of them, or those `wanted` (h, w), in some of its rows or all. To be
+    used in a `with`.
 
     filter, grid : what samples count for, and the pixels that are traced.
     totals       : what the passes add to, set by whoever begins.
@@ -114,16 +115,22 @@ class Passes:
     totals: Totals
     develop: Callable[[int, int], Tally]
 
-    def __init__(self, scene: CompiledScene, progress: Progress | None, wanted: NDArray[np.bool_] | None) -> None:
+    def __init__(
+        self,
+        scene: CompiledScene,
+        progress: Progress | None,
+        wanted: NDArray[np.bool_] | None,
+        rows: slice | None = None,
+    ) -> None:
         self.scene, self.settings = scene, scene.settings
         self.filter = PixelFilter(self.settings.filter_radius, self.settings.seed, self.settings.samples > 1)
-        self.grid = Grid.of(scene.camera.window, scene.camera.resolution, wanted, self.filter.reach)
+        self.grid = Grid.of(scene.camera.window, scene.camera.resolution, wanted, self.filter.reach, rows)
         self.tally = Tally()
         self.progress = progress
         self.speed = 0.0  # camera rays a second of each thread or process, in the last pass
         self.crew = Crew(self.settings)
         self.identity = identities(scene.geometry) if scene.settings.adaptive > 0 else None
-        self._board = self.crew.zeros((len(self.grid),), np.int32)
+        self._board = zeros_for(self.settings)((len(self.grid),), np.int32)
         self._seen: list[PrimitiveSet] = []
 
     def run(self, pixels: Pixels, work: Pass, progress: tuple[float, float], deadline: float = math.inf) -> bool:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import time
+from collections import Counter
+from functools import partial
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from ..scene import Film, Float32, Scene, Settings
 from .cast import raster_shadow
 from .compiled import CompiledScene
 from .constants import FILL_SAMPLES
+from .crew import zeros_for
 from .data import depth_and_normal
 from .developed import Developed
 from .film import fill_from_neighbours
@@ -18,6 +21,7 @@ from .kept import Kept
 from .passes import Cancelled, Pass, Passes, Pixels, Progress
 from .photons import caustic
 from .schedule import END, EVEN, Schedule, is_adaptive
+from .strips import Sampling, Strip, strips_of, together
 from .sums import wanted_parts
 from .tally import Tally
 from .totals import Totals
@@ -88,24 +92,22 @@ def trace_compiled(
 
 
 class _Frame:
-    """The work on one picture."""
+    """The work on one picture, strip by strip."""
 
     def __init__(self, scene: CompiledScene, mask: Float32 | None, progress: Progress | None, deadline: float) -> None:
-        self.began, self.deadline = time.perf_counter(), deadline
+        self.began, self.deadline, self.progress = time.perf_counter(), deadline, progress
         self.scene, self.settings = scene, scene.settings
         x0, y0, x1, y1 = scene.camera.window
         self.width, self.height = x1 - x0, y1 - y0
         self.mask = None if mask is None else np.asarray(mask, np.float32)
-        self.must_fill = self.mask is not None and self.settings.see == "FLAGGED"
-        self.passes = Passes(self.scene, progress, None if self.mask is None else self.mask != 0)
-        self.tally, self.grid = self.passes.tally, self.passes.grid
-        zeros, parts = self.passes.crew.zeros, wanted_parts(self.settings)
-        self.total = Totals.zeros(self.grid, self.passes.filter, is_adaptive(scene), parts, zeros)
-        self.picture = Developed.zeros(self.total, self.width * self.height, self.must_fill, zeros)
-        self.passes.totals, self.passes.develop = self.total, self.picture.develop
-        weight = None if self.mask is None else self.mask.reshape(-1)[self.grid.window] * (self.grid.window >= 0)
-        self.schedule = Schedule(scene, self.passes, self.total, weight, deadline)
-        self.skipped = list(self.scene.plan.skipped)
+        self.wanted = None if self.mask is None else self.mask != 0
+        n, zeros = self.width * self.height, zeros_for(self.settings)
+        must_fill = self.mask is not None and self.settings.see == "FLAGGED"
+        self.picture = Developed.zeros(n, must_fill, wanted_parts(self.settings), zeros)
+        self.samples = np.zeros(n if "samples" in self.settings.passes else 0, np.float32)
+        self.tally, self.developing = Tally(), 0.0
+        self.skipped: Counter[tuple[str, str]] = Counter()
+        self.sampling: Sampling = {}
         self.shadow: Float32 | None = None
         self.caustic: Float32 | None = None
 
@@ -114,25 +116,19 @@ class _Frame:
     def render(self) -> Film:
         """Trace all wanted pixels, fill those that no sample hit, and develop."""
         began = time.perf_counter()
-        with self.passes:
-            if self.settings.raster_shadows:
-                self._work_on_raster()
-                if self.scene.backing is not None and self.shadow is not None:
-                    self.scene.backing.shade(self.shadow, self.caustic)
-            self.schedule.run()
-            for (what, why), number in self.schedule.skipped.items():
-                self._skip(what, why, number)
-            found = self._fill_gaps() if self.must_fill else np.zeros(0, np.intp)
-            self.passes.report(1.0)
-            sampled = time.perf_counter()
-            self.passes.develop_all(BAND)
+        if self.settings.raster_shadows:
+            self._work_on_raster()
+            if self.scene.backing is not None and self.shadow is not None:
+                self.scene.backing.shade(self.shadow, self.caustic)
+        self.sampling = together([self._take(strip) for strip in strips_of(self.width, self.height, self.wanted)])
+        self._report(1.0)
+        taken = time.perf_counter()
         with self.tally.phase("develop"):
-            self.schedule.note_errors()
-            film = self._finished(found)
+            film = self._finished()
         for phase in PHASES:
             film.time[phase] = {"wall": self.tally.wall[phase], "cpu": self.tally.cpu[phase]}
-        # Of the others the seconds of all threads; of this one how long ago the last sample was taken.
-        film.time["develop"]["wall"] = time.perf_counter() - sampled
+        # Of the others the seconds of all threads; of this one those that passed after the samples were taken.
+        film.time["develop"]["wall"] = self.developing + time.perf_counter() - taken
         film.time["trace"] = {"wall": time.perf_counter() - began, "cpu": self._cpu()}
         film.time["total"] = {"wall": time.perf_counter() - self.began, "cpu": self._cpu()}
         return film
@@ -145,51 +141,46 @@ class _Frame:
         if not self.scene.plan.raster_shadows:
             return
 
-        def go_on(_done: float = 0.0) -> None:
-            self.passes.report(0.0)
+        def go_on(_done: float) -> bool:
+            self._report(0.0)
+            return True
 
         self.shadow = raster_shadow(self.scene, self.mask, self.tally, self.deadline, go_on)
         if wants_photons:
-            self.caustic = caustic(self.scene, self.mask, self.tally, go_on)
+            self.caustic = caustic(self.scene, self.mask, self.tally, partial(self._report, 0.0))
+
+    def _report(self, fraction: float) -> None:
+        """Tell the caller how far we are; raises Cancelled if it has had enough."""
+        if self.progress is not None and self.progress(fraction) is False:
+            raise Cancelled("tracing was cancelled")
+
+    def _take(self, strip: Strip) -> tuple[int, Sampling]:
+        """The picture of a strip; how many pixels were traced for it, and what to expect of them."""
+        deadline = strip.deadline(self.deadline, time.perf_counter())
+        passes = Passes(self.scene, strip.told(self.progress), self.wanted, strip.rows)
+        part = _Part(passes, self.picture, self.mask, deadline)
+        part.render()
+        self.tally.merge(part.tally)
+        self.developing += part.developing
+        self.skipped += part.schedule.skipped
+        inside = part.grid.window >= 0
+        if len(self.samples):
+            self.samples[part.grid.window[inside]] = part.total.samples[inside]
+        return int(np.count_nonzero(inside)), part.schedule.sampling
 
     def _cpu(self) -> float:
         return sum(seconds for phase, seconds in self.tally.cpu.items() if phase != "build")
 
-    def _fill_gaps(self) -> Pixels:
-        """Give every masked pixel a sample that counts: more camera rays, then only flagged geometry.
-
-        Returns the pixels (m,) that had none.
-        """
-        first, camera = self.settings.samples, self.scene.seen_by_camera
-        inside = self.grid.inside()
-        empty = without = inside[~self.total.seen(inside)]
-        for why, seen in (
-            ("found by more camera rays", camera),
-            ("found behind what is not flagged", self.scene.flagged_only),
-        ):
-            before, taken = len(empty), 0
-            for count in FILL_SAMPLES:
-                if len(empty) and len(seen):
-                    self.passes.run(empty, Pass(first + taken, count, seen, True), (END, 1.0), self.deadline)
-                    empty, taken = empty[~self.total.seen(empty)], taken + count
-            self._skip("pixels without a sample", why, before - len(empty))
-        return without
-
     def _skip(self, what: str, why: str, number: int) -> None:
-        if number:
-            self.skipped.append({"what": what, "why": why, "count": number})
+        self.skipped[what, why] += number
 
-    def _finished(self, found: Pixels) -> Film:
-        """The developed picture, gaps filled from the neighbours.
-
-        found : pixels whose colour was looked for behind what covers it.
-        """
+    def _finished(self) -> Film:
+        """The developed picture, gaps filled from the neighbours."""
         picture, shape = self.picture, (self.height, self.width)
-        picture.coverage[self.grid.window[found]] = 0
         pictures = {name: part.reshape(*shape, -1) for name, part in picture.parts.items()}
         radiance, residual = picture.radiance.reshape(*shape, 3), picture.residual.reshape(shape)
         coverage = picture.coverage.reshape(shape)
-        images = (radiance, residual, *pictures.values(), *(() if self.must_fill else (coverage,)))
+        images = (radiance, residual, *pictures.values(), *(() if picture.only_flagged else (coverage,)))
         filled = fill_from_neighbours(images, picture.known.reshape(shape), picture.wanted.reshape(shape))
         self._skip("pixels without a sample", "copied from the nearest traced pixel", filled)
         flat = {name: part[..., 0] if part.shape[2] == 1 else part for name, part in pictures.items()}
@@ -206,6 +197,7 @@ class _Frame:
         self._skip("shadow rays", "the light that they ask for is within the cutoff", counts["shadow_cut"])
         self._skip("rays", "their share of the picture is within the cutoff", counts["cut"])
         self._skip("rays", "more at once than are followed of one sample, the lightest", counts["crowded"])
+        entries = [{"what": what, "why": why, "count": n} for (what, why), n in self.skipped.items() if n]
         kinds = ("camera", "reflected", "refracted", "straight", "shadow", "shadow_steps", "occlusion", "dropped")
         invariants = ("lost_media", "self_hits", "barycentrics_out_of_range", "negative_radiance", "nan_pixels")
         return Film(
@@ -218,9 +210,9 @@ class _Frame:
                 "dropped_rays": counts["dropped"],
                 **{name: counts[name] for name in invariants},
             },
-            skipped=self.skipped,
+            skipped=[*self.scene.plan.skipped, *entries],
             plan=self.scene.plan.table(self._saved()),
-            sampling=self.schedule.sampling,
+            sampling=self.sampling,
             shadow=self.shadow,
             caustic=self.caustic,
             passes=self._passes(parts),
@@ -237,18 +229,63 @@ class _Frame:
         return {
             **{name: counts[counter] for name, counter in left_out.items()},
             **{name: 0 if mask is None else int(np.count_nonzero(mask == 0)) for name in ("empty-mask", "unmasked")},
-            "adaptive": self.schedule.skipped["samples", EVEN],
+            "adaptive": self.skipped["samples", EVEN],
         }
 
     def _passes(self, parts: dict[str, Float32]) -> dict[str, Float32]:
         """The passes that are wanted, light passes among them; the others cost nothing."""
         wanted, found = self.settings.passes, dict(parts)
         if wanted & {"depth", "normal"}:
-            traced = self.grid.window[self.grid.window >= 0].astype(np.intp)
-            found |= depth_and_normal(self.scene, traced, self.tally)
+            found |= depth_and_normal(self.scene, np.flatnonzero(self.picture.wanted), self.tally)
         if "samples" in wanted:
-            inside = self.grid.window >= 0
-            samples = np.zeros(self.width * self.height, np.float32)
-            samples[self.grid.window[inside]] = self.total.samples[inside]
-            found["samples"] = samples.reshape(self.height, self.width)
+            found["samples"] = self.samples.reshape(self.height, self.width)
         return {name: found[name] for name in sorted(wanted)}
+
+
+class _Part:
+    """The work on one strip: the passes over its pixels, and what they add up to.
+
+    grid, total, schedule : of these pixels.   tally : what was counted.   developing : seconds after the last sample.
+    """
+
+    def __init__(self, passes: Passes, picture: Developed, mask: Float32 | None, deadline: float) -> None:
+        """picture, mask: of the whole window."""
+        self.passes, self.scene, self.picture, self.deadline = passes, passes.scene, picture, deadline
+        self.tally, self.grid, self.developing = passes.tally, passes.grid, 0.0
+        settings, adaptive = passes.settings, is_adaptive(passes.scene)
+        self.total = Totals.zeros(self.grid, passes.filter, adaptive, wanted_parts(settings), zeros_for(settings))
+        passes.totals, passes.develop = self.total, partial(picture.develop, self.total)
+        weight = None if mask is None else mask.reshape(-1)[self.grid.window] * (self.grid.window >= 0)
+        self.schedule = Schedule(self.scene, passes, self.total, weight, deadline)
+
+    def render(self) -> None:
+        """Take the samples, and develop them."""
+        with self.passes:
+            self.schedule.run()
+            found = self._fill_gaps() if self.picture.only_flagged else np.zeros(0, np.intp)
+            sampled = time.perf_counter()
+            self.passes.develop_all(BAND)
+        with self.tally.phase("develop"):
+            self.schedule.note_errors()
+            self.picture.coverage[self.grid.window[found]] = 0
+        self.developing = time.perf_counter() - sampled
+
+    def _fill_gaps(self) -> Pixels:
+        """Give every masked pixel a sample that counts: more camera rays, then only flagged geometry.
+
+        Returns the pixels (m,) that had none.
+        """
+        first, camera = self.passes.settings.samples, self.scene.seen_by_camera
+        inside = self.grid.inside()
+        empty = without = inside[~self.total.seen(inside)]
+        for why, seen in (
+            ("found by more camera rays", camera),
+            ("found behind what is not flagged", self.scene.flagged_only),
+        ):
+            before, taken = len(empty), 0
+            for count in FILL_SAMPLES:
+                if len(empty) and len(seen):
+                    self.passes.run(empty, Pass(first + taken, count, seen, True), (END, 1.0), self.deadline)
+                    empty, taken = empty[~self.total.seen(empty)], taken + count
+            self.schedule.skipped["pixels without a sample", why] += before - len(empty)
+        return without

@@ -71,7 +71,7 @@ class Totals:
         """Nothing yet.
 
         signed : room for what adaptive sampling asks.   parts : light passes that are wanted.
-        zeros  : of those that fill it, `Crew.zeros`.
+        zeros  : of those that fill it, `crew.zeros_for`.
         """
         n, c, rows = len(grid), RESIDUAL + 1, {}
         for name in parts:
