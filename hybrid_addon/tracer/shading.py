@@ -85,10 +85,11 @@ def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, t
     if scene.plan.specular and light.light.specular != 0:
         _add_highlight(hit, lit, light, arriving)
     if light.light.cast_shadow and hit.n_shading is not hit.n_geometric:
-        # What casts no shadow, not even on itself, gets no light through its back.
+        # What casts no shadow, not even on itself, gets no light through its back: a flat one asked for none.
         casts = scene.casts_shadow(light)
         if casts is not None:
-            arriving *= (dot(lit.wi, hit.n_geometric) > 0) | casts.take(hit.prim)
+            is_flat = (hit.n_shading == hit.n_geometric).all(axis=0)
+            arriving *= is_flat | (dot(lit.wi, hit.n_geometric) > 0) | casts.take(hit.prim)
 
     if light.receives is not None:
         arriving *= light.receives.take(hit.prim)

@@ -43,16 +43,16 @@ class Ways:
         shape = len(self.boxes), len(others)
         begin, end = np.zeros(shape), np.full(shape, self.until)
         (low, high), (low_speed, high_speed) = self.boxes.transpose(1, 2, 0), self.speeds.transpose(1, 2, 0)
-        for axis in range(3):
-            _narrow(begin, end, low_speed[axis, :, None], others[:, 1, axis] - low[axis, :, None])
-            _narrow(begin, end, -high_speed[axis, :, None], high[axis, :, None] - others[:, 0, axis])
+        with np.errstate(all="ignore"):  # boxes may be infinite
+            for axis in range(3):
+                _narrow(begin, end, low_speed[axis, :, None], others[:, 1, axis] - low[axis, :, None])
+                _narrow(begin, end, -high_speed[axis, :, None], high[axis, :, None] - others[:, 0, axis])
         return begin <= end
 
 
 def _narrow(begin: Float64, end: Float64, speed: Float64, room: Float64) -> None:
     """Cut times (b, k) down to those when speed (b, 1) times the time is at most the room (b, k)."""
-    with np.errstate(all="ignore"):
-        time = room / speed
+    time = room / speed
     np.copyto(end, np.minimum(end, time), where=speed > 0)
     np.copyto(begin, np.maximum(begin, time), where=speed < 0)
     np.copyto(end, -np.inf, where=(speed == 0) & (room < 0))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hybrid_addon.scene import PointLight, Settings, Sphere, World
+from hybrid_addon.scene import AreaLight, PointLight, Settings, Sphere, World
 from hybrid_addon.tracer import trace
 
 LAMP = PointLight("lamp", (0, -3, 4), (30, 30, 30))
@@ -108,3 +108,19 @@ def test_a_light_that_is_linked_to_nothing_is_not_asked(build):
 def test_a_link_to_what_is_not_there_is_refused(build):
     with pytest.raises(ValueError, match="light 'lamp': it is linked to object 4, but there are 4"):
         trace(things(build, replace(LAMP, receivers=frozenset({4}))), SETTINGS)
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_a_light_half_below_the_floor_is_the_same_whatever_else_is_in_sight(build, smooth):
+    """Of a floor that casts no shadow: its pixels show what they would without the ball, which is curved or not."""
+    lamp = AreaLight("lamp", (0, 3, -0.2), (0, -1, 0), (2, 0, 0), (0, 0, 1), (9, 9, 9))
+    floor = build.quad([(-6, -6, 0), (6, -6, 0), (6, 6, 0), (-6, 6, 0)])
+    parts = (floor, build.matte()), (build.icosphere(1, 0.5, smooth=smooth), build.matte())
+    camera = build.camera((0, -6, 6), size=(24, 24))
+    both = build.scene(*parts, lights=(replace(lamp, blockers=frozenset()),), camera=camera)
+    alone = replace(both, instances=both.instances[:1], lights=(lamp,))
+    film = trace(both, SETTINGS)
+    np.testing.assert_array_equal(trace(both, replace(SETTINGS, chunk=1)).radiance, film.radiance)
+    unshaded = trace(replace(alone, lights=(replace(lamp, cast_shadow=False),)), SETTINGS).radiance
+    same = np.isclose(film.radiance, unshaded, rtol=1e-5).all(axis=2)
+    assert unshaded[0].min() > 0 and same[0].all() and same.mean() > 0.5
