@@ -180,7 +180,11 @@ def _world(world: World, kept: Kept) -> CompiledWorld:
 
 
 def _with_images(scene: Scene, notes: _Notes) -> Scene:
-    """The scene; if images are not to be left out, with images of one colour where it has constants."""
+    """The scene; if images are not to be left out, with images of one colour where it has constants.
+
+    Not where surfaces answer in layers: with constants they are tabulated, and they show the world blurred; both would
+    be rounded elsewhere.
+    """
 
     def image(color: RGB) -> Texture:
         pixels = np.broadcast_to(np.array([*color, 1], np.float32), (4, 8, 4))
@@ -188,10 +192,13 @@ def _with_images(scene: Scene, notes: _Notes) -> Scene:
 
     plain = not any(expressions_of(s) for s in scene.surfaces)
     if plain and not notes.spare("textures", True, "no value varies over a surface", len(scene.surfaces)):
-        worn = tuple(replace(s, base_color_texture=image(cast(RGB, s.base_color))) for s in scene.surfaces)
+        worn = tuple(
+            s if s.layered else replace(s, base_color_texture=image(cast(RGB, s.base_color))) for s in scene.surfaces
+        )
         scene = replace(scene, surfaces=worn)
     uniform = scene.world.environment is None and not isinstance(scene.world.radiance, Expression)
-    if uniform and not notes.spare("environment", True, "the world is uniform"):
+    layered = any(s.layered for s in scene.surfaces)
+    if uniform and not notes.spare("environment", True, "the world is uniform") and not layered:
         scene = replace(scene, world=replace(scene.world, environment=image((1, 1, 1)), sun=None))
     return scene
 

@@ -137,6 +137,11 @@ def test_a_texture_on_a_sphere_and_through_a_triangle_slot(build):
     got = trace(s, Settings(samples=1, see="ALL", threads=1)).radiance[..., 0]
     np.testing.assert_array_equal(got[:8], 0)
     np.testing.assert_array_equal(got[8:], 1)
+    behind = build.quad(
+        [(-1, -9, -1), (1, -9, -1), (1, -9, 1), (-1, -9, 1)], uv_maps={"": np.zeros((4, 2), np.float32)}
+    )
+    both = replace(s, meshes=(behind,), instances=(build.instance(0),))
+    np.testing.assert_array_equal(trace(both, Settings(samples=1, see="ALL", threads=1)).radiance[..., 0], got)
 
 
 def test_each_triangle_wears_the_surface_of_its_slot(build):
