@@ -72,6 +72,8 @@ class Schedule:
         while in_time and taken < samples and len(pixels):
             if audit is not None and taken in stops:
                 pixels = self._go_on(pixels, taken, audit)
+                if len(pixels) == 0:
+                    break
             count = next((stop for stop in stops if stop > taken), samples) - taken
             if self.hurries:
                 count = min(count, taken, self._affordable() // len(pixels))

@@ -1,5 +1,6 @@
 """A deadline: coarse to fine, what is given up first, and that in time nothing is."""
 
+import math
 import time
 import tracemalloc
 from dataclasses import replace
@@ -129,6 +130,16 @@ def test_an_audit_that_came_to_nothing_says_so(scene, clock):
     clock[0] = 0.0
     in_time = trace(scene, thrifty, deadline=100 * n).sampling["audit"]
     assert in_time["pixels"] > 0 and in_time["beyond_share_upper_95"] < 1
+
+
+@pytest.mark.parametrize("deadline", [1e6, math.inf])
+def test_a_picture_that_is_even_everywhere_ends_early(build, deadline):
+    """So small that nothing of it is audited, either."""
+    wall = build.quad([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)])
+    scene = build.scene((wall, build.emitter(1, 2, 3)), camera=build.camera(size=(3, 2)))
+    film = trace(scene, Settings(64, see="ALL", threads=1, adaptive=0.05), deadline=time.perf_counter() + deadline)
+    assert film.sampling["samples_max"] == 2 and (film.radiance == [1, 2, 3]).all()
+    assert not skipped(film)
 
 
 def test_two_equal_passes_are_two_halves(scene, clock):
