@@ -21,10 +21,10 @@ from .accel import traceable
 from .camera import generate_rays
 from .casters import Casters, find_casters
 from .compiled import CompiledScene
-from .constants import NEAR_BALL, REACH_MARGIN
+from .constants import REACH_MARGIN
 from .crew import workers, zeros_for
 from .film import grow
-from .lights import CompiledLight
+from .lights import CompiledLight, disk_of_ball
 from .passes import Pass, Passes, Pixels, Progress
 from .strips import strips_of
 from .tally import Tally
@@ -180,5 +180,4 @@ def _half_size(light: CompiledLight, toward: Float64) -> Float64 | float:
     radius = light.light.radius
     if light.light.soft_falloff or radius == 0:
         return radius
-    d2 = dot(toward, toward)  # a ball: the disk that fills the same cone (lights.offset_on_light)
-    return np.asarray(radius * np.sqrt(d2 / np.maximum(d2 - radius * radius, NEAR_BALL * d2)))
+    return disk_of_ball(radius, dot(toward, toward))

@@ -125,9 +125,7 @@ class HitData:
         if width == 0 or data is None:
             return result
         on_mesh, weights = self._weights
-        if weights.shape[1] == 0:
-            return result
-        corner = data.take(take(self.prim, on_mesh), axis=0).T.reshape(3, -1, weights.shape[1])
+        corner = data.take(take(self.prim, on_mesh), axis=0).T.reshape(3, data.shape[1] // 3, -1)
         found, second, third = corner[:, start : start + width]
         found = found * weights[0]
         found += second * weights[1]

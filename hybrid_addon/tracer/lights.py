@@ -170,10 +170,15 @@ def offset_on_light(light: Light, wi: Float32, square: tuple[Float32, Float32]) 
     elif light.soft_falloff:
         radius = np.full(len(d2), light.radius, np.float32)
     else:
-        r2 = np.float32(light.radius**2)
-        radius = np.sqrt(r2 * d2 / np.maximum(d2 - r2, np.float32(NEAR_BALL) * d2))
+        radius = disk_of_ball(light.radius, d2)
     tangent, bitangent = orthonormal_basis(wi * (1 / np.sqrt(d2)))
     return tangent * (x * radius) + bitangent * (y * radius)
+
+
+def disk_of_ball(radius: float, d2: Array) -> Array:
+    """Radius (n,) of the disk at the centre of a ball that fills the ball's cone, at squared distances (n,) from it."""
+    r2 = d2.dtype.type(radius**2)
+    return np.asarray(np.sqrt(r2 * d2 / np.maximum(d2 - r2, d2.dtype.type(NEAR_BALL) * d2)))
 
 
 def _illuminate_sun(compiled: CompiledLight, normal: Float32) -> Illumination:

@@ -148,9 +148,10 @@ def prepare(scene: Scene, settings: Settings, kept: Kept | None = None, once: bo
     scene = _with_images(scene, notes)
     surfaces, world = compile_surfaces(scene.surfaces), _world(scene.world, kept)
     layouts = [layout(s) for s in surfaces.surfaces]
-    far = unmet(scene, settings, surfaces, world, kept) if once else frozenset()
-    far = far if notes.spare("unmet", bool(far), "no ray can meet them", len(far)) else frozenset()
-    geometry, media = find_solids(scene, flatten(scene, layouts, kept=kept, without=far), surfaces)
+    without = unmet(scene, settings, surfaces, world, kept) if once else frozenset()
+    if not notes.spare("unmet", bool(without), "no ray can meet them", len(without)):
+        without = frozenset()
+    geometry, media = find_solids(scene, flatten(scene, layouts, kept=kept, without=without), surfaces)
     if media.rows == 0 and not notes.spare("media", True, "no closed body transmits"):
         media = replace(media, rank=np.zeros(len(geometry.surface), np.int32), rows=1)
     why = "only closed bodies have an inside" if surfaces.absorbs.any() else "no closed body absorbs"

@@ -6,7 +6,7 @@ Pixels that share samples with those of the next strip are traced in both, so no
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .adaptive import upper_limit
+from .passes import Progress
 
 LONGEST_STRIP = 1 << 21
 """Pixels to be traced in a strip at most, but for a row's own: 500 MB. All of full HD is one strip."""
 
 Sampling = dict[str, object]
-Progress = Callable[[float], bool]
 
 
 @dataclass(frozen=True)

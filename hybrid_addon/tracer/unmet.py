@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from ..scene import AreaLight, Camera, Float64, Instance, Light, Scene, Settings, Sphere, SunLight
 from .batch import Batch, batches_of, bounds_of_batch, shapes_of
-from .constants import FLAT, LEAST_RADIUS, MANY_WAYS, MOST_FACETS, NEAR_BALL, NEAR_MARGIN
+from .constants import FLAT, LEAST_RADIUS, MANY_WAYS, MOST_FACETS, NEAR_MARGIN
 from .kept import Kept
+from .lights import disk_of_ball
 from .surfaces import SurfaceTable
 from .world import CompiledWorld
 
@@ -131,24 +132,25 @@ def _where_lit(scene: Scene, boxes: Float64) -> Float64:
         return _grown(boxes, np.where(smooth, diagonal, 0.0))
 
 
-def _views(boxes: Float64, camera: Camera) -> tuple[Float64, Float64]:
-    """Of rays to points in boxes (b, 2, 3) where they start, (2, 3), and around their directions (b, 2, 3), of any
-    length. Those of an orthographic camera are parallel, or nearly."""
-    axis, eye = np.asarray(camera.matrix_world, np.float64)[:3, 2:].T
-    lens = camera.lens
+def _eyes(camera: Camera) -> Float64:
+    """(2, 3) where a perspective camera's rays start."""
+    radius = 0.0 if camera.lens is None else camera.lens.radius
+    return np.asarray(camera.matrix_world, np.float64)[:3, 3] + radius * OUTWARD
+
+
+def _directions(boxes: Float64, camera: Camera) -> Float64:
+    """(b, 2, 3) around the directions, of any length, of camera rays to points in boxes (b, 2, 3)."""
     if camera.projection == "PERSP":
-        eyes = eye + (0.0 if lens is None else lens.radius) * OUTWARD
-        return eyes, boxes - eyes[::-1]
-    directions = -axis + (0.0 if lens is None else lens.radius / lens.focus_distance) * OUTWARD
-    return eye + np.inf * OUTWARD, np.broadcast_to(directions, boxes.shape)
+        return boxes - _eyes(camera)[::-1]
+    slope = 0.0 if camera.lens is None else camera.lens.radius / camera.lens.focus_distance
+    return np.broadcast_to(slope * OUTWARD - np.asarray(camera.matrix_world, np.float64)[:3, 2], boxes.shape)
 
 
 def _from_camera(boxes: Float64, camera: Camera) -> Ways:
     """Camera rays that meet boxes (b, 2, 3), from there on back."""
-    eyes, directions = _views(boxes, camera)
     if camera.projection == "PERSP":
-        return Ways(boxes, eyes - boxes, 1.0)
-    return Ways(boxes, -directions[:, ::-1], np.inf)
+        return Ways(boxes, _eyes(camera) - boxes, 1.0)
+    return Ways(boxes, -_directions(boxes, camera)[:, ::-1], np.inf)
 
 
 def _to_light(boxes: Float64, light: Light) -> Ways:
@@ -164,8 +166,8 @@ def _to_light(boxes: Float64, light: Light) -> Ways:
         reach = light.radius * OUTWARD
     else:
         gap = np.maximum(np.maximum(boxes[:, 0] - place, place - boxes[:, 1]), 0.0)
-        d2, r2 = np.maximum((gap**2).sum(axis=1), LEAST_RADIUS), light.radius**2
-        reach = np.sqrt(r2 * d2 / np.maximum(d2 - r2, NEAR_BALL * d2))[:, None, None] * OUTWARD
+        d2 = np.maximum((gap**2).sum(axis=1), LEAST_RADIUS)
+        reach = disk_of_ball(light.radius, d2)[:, None, None] * OUTWARD
     return Ways(boxes, place + reach - boxes, 1.0)
 
 
@@ -182,7 +184,7 @@ def _shown(
     if bumpy or (settings.rough_samples > 0 and table.rough[worn].any()) or any(n is None for n in normals):
         return None
     n = np.array(normals)
-    low, high = _views(boxes[mirrors], scene.camera)[1].transpose(1, 0, 2)
+    low, high = _directions(boxes[mirrors], scene.camera).transpose(1, 0, 2)
     turn = np.eye(3) - 2 * n[:, :, None] * n[:, None, :]
     middle = np.einsum("mij,mj->mi", turn, (low + high) / 2)
     spread = np.einsum("mij,mj->mi", np.abs(turn), (high - low) / 2)
