@@ -150,6 +150,10 @@ MIRROR_ROUGHNESS = 0.04
 """A surface that is no rougher is a mirror: its lobe is a tenth of a degree wide. Its rays meet lamps; what is rougher
 shows them in its highlight, which at this roughness is as sharp."""
 
+FROSTED_ROUGHNESS = 2 * MIRROR_ROUGHNESS
+"""Rougher glass shows lamps in a highlight where light leaves it. Refraction turns a ray by less than reflection does,
+at normal incidence on glass by a quarter: what is smoother is near enough to clear for rays to meet the lamps."""
+
 MICROFACET_TRIES = 4
 """So often a microfacet is drawn: of roughness 0.5 one in 10 reflections is caught by another, of 1 nearly half."""
 

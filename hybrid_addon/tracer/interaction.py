@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .columns import HitValues
+from .constants import FROSTED_ROUGHNESS
 from .geometry import Geometry
 from .primitives import Hits, barycentrics
 from .rays import Rays, offset_origin, origin_offset
@@ -68,6 +69,12 @@ class Interaction:
     def has_highlight(self) -> NDArray[np.bool_]:
         """(n,) whether lamps light its reflection straight: not from within what bends their light on its way."""
         return self.entering | ~self.table.refracts.take(self.surface)
+
+    @cached_property
+    def glows(self) -> NDArray[np.bool_]:
+        """(n,) whether lamps light what it refracts: out of rough glass, seen from within."""
+        rough = self.table.rough.take(self.surface) & (self.value("lobe_roughness") > FROSTED_ROUGHNESS)
+        return ~self.entering & self.table.refracts.take(self.surface) & rough
 
     def value(self, name: str, index: Index = ALL) -> Float32:
         """Numbers (m,) or (3, m) of the surface model (columns.WIDTHS) for the hits `index`; not to be written to."""

@@ -12,12 +12,12 @@ from .compiled import CompiledScene
 from .constants import MAX_BRANCHES, MAX_STRAIGHT_PASSES, MIRROR_ROUGHNESS
 from .interaction import Interaction
 from .rays import NO_BRANCH, REFLECTED_RAY, REFLECTION, REFRACTION, TRANSMITTED_RAY, Rays
-from .rough import roughen
-from .scattering import both_faces, fresnel_dielectric, keep_outside, reflect, refract
+from .rough import are_blurred, roughen
+from .scattering import both_faces, fresnel_dielectric, keep_outside, mirrored, reflect, refract
 from .signature import REFLECTED, TRANSMITTED, child_path
 from .sums import Sums
 from .tally import Tally
-from .vectors import Index, count, flatnonzero, largest_component, most, normalize, select, take
+from .vectors import Index, count, flatnonzero, largest_component, most, normalize, put, select, take
 
 Bools = NDArray[np.bool_]
 
@@ -51,6 +51,9 @@ def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: S
     if drawn is not None:
         split.reflected, split.transmitted = drawn.share(split.reflected, split.transmitted, split.bends)
         split.unlit = at.has_highlight & drawn.is_rough
+    blurred = are_blurred(scene, at)
+    if blurred is not None:
+        _add_blurred(scene, rays, at, split, blurred, sums)
     reflect_too, transmit_too = _followed(scene, rays, split, sums, tally)
     return children(scene, rays, at, t, split, reflect_too, transmit_too, tally)
 
@@ -104,6 +107,24 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
         cos_i=cos_i,
         eta=eta,
     )
+
+
+def _add_blurred(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, blurred: Bools, sums: Sums) -> None:
+    """Let hits whose base is `blurred` (n,) show the world's blurred image: in the mirror's direction, and straight on.
+
+    What is left to rays is what a smooth coat reflects, and what goes straight on.
+    """
+    index = flatnonzero(blurred)
+    smooth = at.value("coat_roughness", index) <= MIRROR_ROUGHNESS
+    coat = np.where(smooth, at.value("coat", index) - at.value("coat_blurred", index), np.float32(0))
+    sharp = np.minimum(take(rays.throughput, index) * coat, take(split.reflected, index))
+    if scene.plan.world:
+        roughness, wo, n = at.value("lobe_roughness", index), take(at.wo, index), take(at.n_shading, index)
+        light = (take(split.reflected, index) - sharp) * scene.world.glossy(mirrored(wo, n, roughness), roughness)
+        light += take(split.transmitted, index) * take(split.bends, index) * scene.world.glossy(-wo, roughness)
+        sums.add_radiance(take(rays.sample, index), light, take(rays.branch, index))
+    split.reflected = put(split.reflected, index, sharp)
+    split.transmitted = np.where(blurred & split.bends, np.float32(0), split.transmitted)
 
 
 def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally: Tally) -> tuple[Bools, Bools]:
@@ -204,6 +225,8 @@ def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, 
         direction = keep_outside(direction, -take(at.n_geometric, index), wo)
     tally.add("refracted", direction.shape[1])
     child = _child(rays, at, index, at.inner(index), direction, split.transmitted, False)
+    if scene.plan.rough and scene.plan.specular:
+        child.unlit = child.unlit | take(at.glows, index)
     child.media = scene.media.cross(child.media, take(at.prim, index), take(at.entering, index), tally)
     return child
 

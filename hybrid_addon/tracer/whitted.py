@@ -19,6 +19,7 @@ from .accel import traceable
 from .backing import Backing
 from .compiled import CompiledScene
 from .constants import LONGEST_WAVE, MISS
+from .frosted import add_through
 from .interaction import Interaction, interact
 from .lamps import add_lamps
 from .primitives import Hits, PrimitiveSet
@@ -122,6 +123,9 @@ def _trace_wave(
     add_light(scene, rays_hit, at, sums, tally)
     if sums.signatures is not None and at.lit is not None:
         sums.signatures.add_hits(rays_hit, at.prim, at.entering, at.lit)
+
+    if scene.plan.rough and scene.plan.specular:
+        add_through(scene, rays_hit, at, sums, tally)
 
     # Spawn at most one reflected and one transmitted ray from each hit.
     children = concatenate(spawn(scene, rays_hit, at, found.t, sums, tally))
