@@ -59,9 +59,10 @@ def add(verbs: Verbs) -> None:
     render.add_argument("--occlusion-distance", type=number(0, 1e6), metavar="METRES", help="0: as EEVEE's Fast GI")
     render.add_argument("--rough-samples", type=number(0, 64, int), metavar="N", help="0: rough mirrors are sharp")
     render.add_argument(
-        "--traced-shadows", action=argparse.BooleanOptionalAction,
-        help="trace the shadows of ray traced objects on what EEVEE draws, or leave them to EEVEE",
+        "--traced-shadows", nargs="?", const="on", choices=("auto", "off", "on"),
+        help="who draws the shadows of ray traced objects on what EEVEE draws: on, the ray tracer; off, EEVEE",
     )  # fmt: skip
+    render.add_argument("--no-traced-shadows", action="store_const", const="off", dest="traced_shadows", help="off")
     render.add_argument("--caustics", choices=("none", "simple", "photons"), help="of traced shadows")
     render.add_argument("--photons", type=number(1, 2e9, int), metavar="N", help="for caustics by photons")
     render.add_argument(
