@@ -205,7 +205,10 @@ def register() -> None:
     """Add the handlers, and look at the file that is open already."""
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).append(handler)
-    defaults.pin(getattr(bpy.data, "scenes", ()))  # restricted data while Blender starts has none
+    if hasattr(bpy.data, "scenes"):  # restricted data while Blender starts has none
+        defaults.pin(bpy.data.scenes)
+        if bpy.app.background:  # before anything is evaluated: in the middle of that 5.2 crashes on a new view layer
+            pipeline.sync_all()
     if not bpy.app.background:
         bpy.app.timers.register(_tick, first_interval=0.0)
 

@@ -6,7 +6,7 @@ import bpy
 import pytest
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender import defaults
+from hybrid_addon.blender import defaults, handlers
 
 pytestmark = pytest.mark.blender
 
@@ -19,7 +19,7 @@ def held(scene):
     return {name: round(v, 6) if isinstance(v, float) else v for name, v in values.items()}
 
 
-def old_file(path, monkeypatch, values):
+def old_file(path, values):
     """As the add-on wrote it when it had no version: what was set, ticks as numbers; and a scene with nothing."""
     bpy.ops.wm.read_factory_settings()
     scene = bpy.context.scene
@@ -30,10 +30,10 @@ def old_file(path, monkeypatch, values):
         owner["hybrid"] = {}
     for name, value in values.items():
         owner["hybrid"][name] = value
-    with monkeypatch.context() as patch:
-        patch.setattr(defaults, "stamp", lambda *scenes: None)
-        bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    handlers.unregister()  # which would write the version
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
     bpy.ops.wm.read_factory_settings()
+    handlers.register()
     return str(path)
 
 
@@ -52,8 +52,8 @@ def test_a_new_scene_has_todays(scene):
         ({"samples": 8}, {**BEFORE, "samples": 8}),
     ],
 )
-def test_an_old_file_keeps_its_own(addon, tmp_path, monkeypatch, values, expected):
-    path = old_file(tmp_path / "old.blend", monkeypatch, values)
+def test_an_old_file_keeps_its_own(addon, tmp_path, values, expected):
+    path = old_file(tmp_path / "old.blend", values)
     for _ in range(2):  # and once more after it was saved by today's
         bpy.ops.wm.open_mainfile(filepath=path)
         assert held(bpy.data.scenes["Old"]) == expected
@@ -62,8 +62,8 @@ def test_an_old_file_keeps_its_own(addon, tmp_path, monkeypatch, values, expecte
         bpy.ops.wm.save_mainfile()
 
 
-def test_an_appended_scene_keeps_its_own_and_what_is_open_is_left_alone(addon, tmp_path, monkeypatch):
-    path = old_file(tmp_path / "old.blend", monkeypatch, {"enabled": 1})
+def test_an_appended_scene_keeps_its_own_and_what_is_open_is_left_alone(addon, tmp_path):
+    path = old_file(tmp_path / "old.blend", {"enabled": 1})
     bpy.context.scene.hybrid.samples = 3  # settings of today that no file has seen yet
     with bpy.data.libraries.load(path) as (_, into):
         into.scenes = ["Old"]
@@ -78,8 +78,8 @@ def test_a_file_of_today_keeps_todays_also_where_hybrid_was_never_on(scene, tmp_
     assert held(bpy.context.scene) == {**TODAY, "samples": 3}
 
 
-def test_an_old_file_that_is_open_when_the_add_on_is_switched_on(addon, tmp_path, monkeypatch):
-    path = old_file(tmp_path / "old.blend", monkeypatch, {"enabled": 1})
+def test_an_old_file_that_is_open_when_the_add_on_is_switched_on(addon, tmp_path):
+    path = old_file(tmp_path / "old.blend", {"enabled": 1})
     addon.unregister()
     bpy.ops.wm.open_mainfile(filepath=path)
     addon.register()
