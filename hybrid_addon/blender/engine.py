@@ -198,7 +198,7 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
     """What the pipeline itself cannot do in this scene."""
     from . import nodes
 
-    warnings = []
+    warnings, settings = [], scene.hybrid
     source = pipeline.source_layer(scene)
     others = [
         layer.name for layer in scene.view_layers if layer != source and layer.use and not layer.get(layers.MASK_MARK)
@@ -211,7 +211,7 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
         warnings.append(
             "EEVEE's Raytracing leaves ray traced objects out: flag what should mirror or refract them, too"
         )
-    if scene.hybrid.traced_shadows and scene.hybrid.caustics == "PHOTONS" and scene.hybrid.mode == "FULL":
+    if settings.traced_shadows != "OFF" and settings.caustics == "PHOTONS" and settings.mode == "FULL":
         warnings.append("Photons light what EEVEE draws, and in mode Full it draws nothing: use Simple caustics there")
     if scene.render.use_multiview:
         warnings.append("stereoscopy is not supported: the ray traced half shows one view")
