@@ -70,11 +70,21 @@ MAX_SMALL_OBJECTS = 64
 MAX_SPLITS = 1 << 18
 """Splitting ends at so many new triangles."""
 
-MAX_PROBE_CROSSINGS = 64
+MAX_PROBE_CROSSINGS = 256
 """To find the solids around the camera, a ray crosses at most so many of their surfaces."""
 
-MAX_MEDIA = 8
-"""A ray is inside of at most so many solids at once; one more is not tracked, and counted."""
+WELD = 32 * FLOAT32_ULP
+"""Vertices of open edges that are no further apart than this share of their mesh's largest coordinate are one.
+
+Importers, lathes and mirrors leave a few ulp between the two sides of a seam; what is modelled apart is further apart.
+"""
+
+MAX_MEDIA = 32
+"""A ray is inside of at most so many solids at once; one more is not tracked, and counted. 4 bytes a ray for each that
+may be there in fact."""
+
+MAX_DEPTH_BITS = 8
+"""A ray is inside of one solid at most 2^8 times at once: where a body goes through itself, or its parts overlap."""
 
 FAINT = 2.0**-20
 """What transmits no more than this share of light is no solid: swelling it would show more than its light does."""

@@ -1,12 +1,15 @@
 """Which medium lies on either side of a hit: the one place that decides the relative index of refraction.
 
 A *solid* is a closed body that transmits: a mesh whose every edge joins two triangles of like winding, facing outward,
-or an analytic sphere. Every ray carries the solids that it is inside of (nested dielectrics, Schmidt & Budge 2002), as
-rows of their ranks in no order. Where solids overlap, the one of the *lowest rank*, the smallest in size, displaces the
+or an analytic sphere. Every ray carries the solids that it is inside of (nested dielectrics, Schmidt & Budge 2002), in
+rows, in no order: the rank of each, and how often the ray is inside of it, for a body may go through itself and the
+parts of one mesh may overlap. A part turned inside out counts backwards, below nothing too: there the ray is in no
+medium, and what it enters it leaves again. Where solids overlap, the one of the *lowest rank*, the smallest in size, displaces the
 others: the bubble the water, the water the glass. That is the same from whichever side a ray comes. The rules:
 
 * An IOR is that of the solid itself, against vacuum: a bubble in water is a solid of IOR 1.
 * An interface of a solid that another one displaces there is none: rays pass it unbent and unreflected, only tinted.
+  Likewise an interface within the solid itself, where the ray is inside of it before and after.
 * What is no solid - an open sheet, a body turned inside out - bounds its own medium against whatever it lies in, and
   nobody tracks it: coming from outside eta = ior, from inside 1 / ior.
 * A body thinner than float32 resolves is a thin wall: both of its faces at once, T = (1 - R) / (1 + R), without bend.
@@ -24,7 +27,7 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .accel import traceable
-from .constants import MAX_PROBE_CROSSINGS
+from .constants import MAX_DEPTH_BITS, MAX_PROBE_CROSSINGS
 from .primitives import PrimitiveSet
 from .rays import Rays, offset_origin, origin_offset
 from .tally import Tally
@@ -33,6 +36,13 @@ from .vectors import flatnonzero
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 Stack = NDArray[np.int32]
+"""(rows, n). Each row holds the rank of a solid << MAX_DEPTH_BITS | how often the ray is inside of it, less 1, and
+BACKWARDS if it is that often outside of it; or nothing: as if it were once in vacuum, of the rank `count`. So the least
+of the rows tells the innermost solid."""
+
+BACKWARDS = np.int32(1 << 30)
+RANKS = (1 << 30) - 1
+DEEPEST = (1 << MAX_DEPTH_BITS) - 1
 
 
 def relative_ior(ior: Float64, entering: Bools) -> Float64:
@@ -40,9 +50,20 @@ def relative_ior(ior: Float64, entering: Bools) -> Float64:
     return np.where(entering, ior, 1 / ior)
 
 
+def innermost(stack: Stack, vacuum: int) -> Stack:
+    """The rank (n,) of the medium of each stack (rows, n): the lowest; that of vacuum if there is none."""
+    return np.asarray(stack.min(axis=0, initial=vacuum << MAX_DEPTH_BITS) >> MAX_DEPTH_BITS)
+
+
+def encoded(rank: Numbers, depth: Numbers) -> Stack:
+    """Rows (n,) for being `depth` (n,) times inside of solids of these ranks (n,); negative: outside."""
+    row = (rank << MAX_DEPTH_BITS) | np.minimum(np.abs(depth) - 1, DEEPEST)
+    return np.where(depth < 0, row | int(BACKWARDS), row).astype(np.int32)
+
+
 def transmittance(absorption: Float64, stack: Stack, distance: Float64) -> Float64:
     """exp(-absorption distance), (3, n), in the innermost of the solids of each stack (rows, n): Beer-Lambert."""
-    sigma = absorption.take(stack.min(axis=0, initial=absorption.shape[1] - 1), axis=1)
+    sigma = absorption.take(innermost(stack, absorption.shape[1] - 1), axis=1)
     result = np.ones(sigma.shape)
     for channel in range(3):
         within = flatnonzero(sigma[channel])  # nowhere else: 0 times an infinite distance is no number
@@ -76,9 +97,14 @@ class Media:
         """Number of solids."""
         return len(self.ior) - 1
 
+    @property
+    def nothing(self) -> np.int32:
+        """An empty row of a stack."""
+        return np.int32(self.count << MAX_DEPTH_BITS)
+
     def empty(self, n: int) -> Stack:
         """(rows, n): n rays in vacuum."""
-        return np.full((self.rows, n), self.count, np.int32)
+        return np.full((self.rows, n), self.nothing, np.int32)
 
     def meet(self, low: Float64, high: Float64) -> bool:
         """Whether the bounds of any solid meet the box from `low` to `high` (3,)."""
@@ -94,7 +120,7 @@ class Media:
 
     def without(self, stack: Stack, gone: Bools) -> Stack:
         """Stacks (rows, n) in which the solids `gone` (count + 1,) are no longer."""
-        return np.where(gone.take(stack), np.int32(self.count), stack) if gone.any() else stack
+        return np.where(gone.take((stack & RANKS) >> MAX_DEPTH_BITS), self.nothing, stack) if gone.any() else stack
 
     def is_thin(self, prim: Numbers) -> Bools | None:
         """(n,) whether hits are on thin walls; None: no primitive is one."""
@@ -105,8 +131,7 @@ class Media:
         if self.rows == 0:
             return relative_ior(ior, entering)
         own = self.rank.take(prim)
-        around = self._around(stack, own, entering)
-        hidden = own >= around
+        around, hidden = self._around(stack, own, entering)
         outer = self.ior.take(around)
         unknown = flatnonzero(own == self.count)  # no solids: against whatever they lie in
         outer[unknown], hidden[unknown] = 1.0, False
@@ -115,30 +140,40 @@ class Media:
         result[hidden] = 1.0
         return result
 
-    def _around(self, stack: Stack, own: Stack, entering: Bools) -> Stack:
-        """Rank (n,) of the medium outside an interface of solid `own`: the lowest but for one appearance of it."""
-        skip = ~entering
-        lowest = np.full(stack.shape[1], self.count, np.int32)
+    def _around(self, stack: Stack, own: Stack, entering: Bools) -> tuple[Stack, Bools]:
+        """Rank (n,) of the medium outside an interface of solid `own`, and whether (n,) nothing changes there."""
+        once, leaving = own << MAX_DEPTH_BITS, ~entering
+        lowest, within = np.full(stack.shape[1], self.nothing, np.int32), np.zeros(stack.shape[1], bool)
         for row in stack:
-            itself = row == own
-            itself &= skip
-            skip &= ~itself
-            if itself.any():
-                row = np.where(itself, np.int32(self.count), row)
+            last = (row == once) & leaving
+            if last.any():
+                row = np.where(last, self.nothing, row)
             np.minimum(lowest, row, out=lowest)
-        return lowest
+            if (row >= BACKWARDS).any():
+                deep = row - (once | BACKWARDS)  # how often more than once
+                within |= (deep >= entering) & (deep <= DEEPEST)
+        around = lowest >> MAX_DEPTH_BITS
+        return around, (own >= around) | within
 
     def cross(self, stack: Stack, prim: Numbers, entering: Bools, tally: Tally) -> Stack:
-        """The stack behind an interface. Leaving a solid that a ray is not in, or one too many, loses the medium."""
+        """The stack behind an interface. What finds no room, or is too deep in one solid, loses its medium."""
         if self.rows == 0:
             return stack
         own = self.rank.take(prim)
-        nothing = np.int32(self.count)
-        old, new = np.where(entering, nothing, own), np.where(entering, own, nothing)
         pending = own < self.count
+        once, deepest, nothing = own << MAX_DEPTH_BITS, np.int32(DEEPEST), self.nothing
         result = stack.copy()
         for row in result:
-            here = pending & (row == old)
+            here = pending & ((row & RANKS) >> MAX_DEPTH_BITS == own)
+            grows = (row < BACKWARDS) == entering
+            depth = row & deepest
+            new = np.where(grows, row + np.int32(1), np.where(depth == 0, nothing, row - np.int32(1)))
+            here &= ~(grows & (depth == deepest))
+            np.copyto(row, new, where=here)
+            pending &= ~here
+        new = np.where(entering, once, once | BACKWARDS)
+        for row in result:
+            here = pending & (row == nothing)
             np.copyto(row, new, where=here)
             pending &= ~here
         tally.add("lost_media", np.count_nonzero(pending))
@@ -154,7 +189,7 @@ class Media:
     def count_lost(self, stack: Stack, tally: Tally) -> None:
         """Count rays that leave the scene from within a solid."""
         if self.rows:
-            tally.add("lost_media", np.count_nonzero((stack != self.count).any(axis=0)))
+            tally.add("lost_media", np.count_nonzero((stack != self.nothing).any(axis=0)))
 
     def around_camera(
         self, origin: Float32, direction: Float32, solids: Callable[[], PrimitiveSet], tally: Tally
@@ -175,16 +210,17 @@ class Media:
         ray, solid, sign = self._crossings(origin[:, sound], -direction[:, sound], solids(), tally)
         ray = sound[ray]
         pairs, inverse = np.unique(ray * (self.count + 1) + solid, return_inverse=True)
-        within = pairs[np.bincount(inverse, sign, minlength=len(pairs)) > 0] if len(pairs) else pairs
-        self._fill(stack, within // (self.count + 1), within % (self.count + 1))
+        depth = np.bincount(inverse.reshape(-1), sign, minlength=len(pairs)).astype(np.intp)
+        pairs, depth = pairs[depth != 0], depth[depth != 0]
+        self._fill(stack, pairs // (self.count + 1), encoded(pairs % (self.count + 1), depth))
         return stack
 
-    def _fill(self, stack: Stack, ray: Numbers, solid: Numbers) -> None:
-        """Put solids into the stacks of rays, both sorted by ray."""
+    def _fill(self, stack: Stack, ray: Numbers, rows: Stack) -> None:
+        """Put rows (n,) into the stacks of rays (n,), sorted by ray."""
         first = np.searchsorted(ray, ray)
         row = np.arange(len(ray)) - first
         fits = row < self.rows
-        stack[row[fits], ray[fits]] = solid[fits]
+        stack[row[fits], ray[fits]] = rows[fits]
 
     def _crossings(
         self, origin: Float32, direction: Float32, solids: PrimitiveSet, tally: Tally
