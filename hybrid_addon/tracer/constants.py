@@ -25,11 +25,23 @@ EMBREE_LIMIT = 1.0e18
 MAX_STRAIGHT_PASSES = 256
 """A ray goes unbent through at most so many index-matched (IOR 1) surfaces; the rest goes to the residual."""
 
-MAX_BRANCHES = 1 << 10
-"""Of one sample at most so many rays are followed at once, the heaviest.
+MOST_RAYS = 1 << 8
+"""A sample becomes at most so many rays, or 1 / cutoff if that is more: rays worth less than the cutoff, evenly spread.
 
-Between half mirrors each hit splits evenly: no share of the light is small, and 32 bounces would be 2^32 rays.
+Between panes, in shells and half mirrors rays multiply, and no share of the light is small: 32 bounces would be 2^32
+rays. Of ordinary glass a sample takes 10 to 100 (measured: 1.6 % of those in the sample scenes would take more).
 """
+
+RAYS_AHEAD = 8
+"""Of the rays that a sample has left, one in so many are for its next bounce.
+
+What is left then shrinks by an eighth a bounce at most, and lasts for the 32 of the default. Fewer at once would spare
+rays for bounces that mostly do not come; with more the last ones would have to stand for too much (simulated: 12 panes,
+standard deviation of a sample with 4, 8, 12: 0.3, 0.09, 0.07; but then already 130 rays in all could be too many).
+"""
+
+MAX_BRANCHES = 1 << 10
+"""Without a cutoff at most so many rays of one sample are followed at once."""
 
 LONGEST_WAVE = 1 << 17
 """A wave of more rays is followed in parts, some pixels after the others: 20 MB each."""
@@ -83,8 +95,9 @@ MAX_MEDIA = 32
 """A ray is inside of at most so many solids at once; one more is not tracked, and counted. 4 bytes a ray for each that
 may be there in fact."""
 
-MAX_DEPTH_BITS = 8
-"""A ray is inside of one solid at most 2^8 times at once: where a body goes through itself, or its parts overlap."""
+RANK_BITS = 22
+"""Of the 32 bits of a row of media those that tell the solid: 4 million. The others tell how often a ray is inside of
+it: up to 511 times, where a body goes through itself or its parts overlap."""
 
 FAINT = 2.0**-20
 """What transmits no more than this share of light is no solid: swelling it would show more than its light does."""

@@ -27,38 +27,31 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .accel import traceable
-from .constants import MAX_DEPTH_BITS, MAX_PROBE_CROSSINGS
+from .constants import MAX_PROBE_CROSSINGS, RANK_BITS
 from .primitives import PrimitiveSet
 from .rays import Rays, offset_origin, origin_offset
 from .tally import Tally
-from .vectors import flatnonzero
+from .vectors import flatnonzero, signs
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 Stack = NDArray[np.int32]
-"""(rows, n). Each row holds the rank of a solid << MAX_DEPTH_BITS | how often the ray is inside of it, less 1, and
-BACKWARDS if it is that often outside of it; or nothing: as if it were once in vacuum, of the rank `count`. So the least
-of the rows tells the innermost solid."""
+"""(rows, n). Each row holds the rank of a solid that a ray is inside of, or `count`. More than once inside of it, each
+time more adds AGAIN; as often outside of it as inside leaves no row, and once more than that a negative one."""
 
-BACKWARDS = np.int32(1 << 30)
-RANKS = (1 << 30) - 1
-DEEPEST = (1 << MAX_DEPTH_BITS) - 1
+AGAIN = np.int32(1 << RANK_BITS)
+RANKS = AGAIN - np.int32(1)
+DEEPEST = (1 << 31 - RANK_BITS) - 1
+
+
+def innermost(stack: Stack, vacuum: int) -> Stack:
+    """The rank (n,) of the medium of each stack (rows, n): the lowest; that of vacuum if there is none."""
+    return np.asarray(np.where(stack < 0, np.int32(vacuum), stack & RANKS).min(axis=0, initial=vacuum))
 
 
 def relative_ior(ior: Float64, entering: Bools) -> Float64:
     """eta (n,), transmitted over incident, of surfaces of index `ior` (n,) inside over outside."""
     return np.where(entering, ior, 1 / ior)
-
-
-def innermost(stack: Stack, vacuum: int) -> Stack:
-    """The rank (n,) of the medium of each stack (rows, n): the lowest; that of vacuum if there is none."""
-    return np.asarray(stack.min(axis=0, initial=vacuum << MAX_DEPTH_BITS) >> MAX_DEPTH_BITS)
-
-
-def encoded(rank: Numbers, depth: Numbers) -> Stack:
-    """Rows (n,) for being `depth` (n,) times inside of solids of these ranks (n,); negative: outside."""
-    row = (rank << MAX_DEPTH_BITS) | np.minimum(np.abs(depth) - 1, DEEPEST)
-    return np.where(depth < 0, row | int(BACKWARDS), row).astype(np.int32)
 
 
 def transmittance(absorption: Float64, stack: Stack, distance: Float64) -> Float64:
@@ -97,14 +90,9 @@ class Media:
         """Number of solids."""
         return len(self.ior) - 1
 
-    @property
-    def nothing(self) -> np.int32:
-        """An empty row of a stack."""
-        return np.int32(self.count << MAX_DEPTH_BITS)
-
     def empty(self, n: int) -> Stack:
         """(rows, n): n rays in vacuum."""
-        return np.full((self.rows, n), self.nothing, np.int32)
+        return np.full((self.rows, n), self.count, np.int32)
 
     def meet(self, low: Float64, high: Float64) -> bool:
         """Whether the bounds of any solid meet the box from `low` to `high` (3,)."""
@@ -120,7 +108,7 @@ class Media:
 
     def without(self, stack: Stack, gone: Bools) -> Stack:
         """Stacks (rows, n) in which the solids `gone` (count + 1,) are no longer."""
-        return np.where(gone.take((stack & RANKS) >> MAX_DEPTH_BITS), self.nothing, stack) if gone.any() else stack
+        return np.where(gone.take(stack & RANKS), np.int32(self.count), stack) if gone.any() else stack
 
     def is_thin(self, prim: Numbers) -> Bools | None:
         """(n,) whether hits are on thin walls; None: no primitive is one."""
@@ -142,36 +130,33 @@ class Media:
 
     def _around(self, stack: Stack, own: Stack, entering: Bools) -> tuple[Stack, Bools]:
         """Rank (n,) of the medium outside an interface of solid `own`, and whether (n,) nothing changes there."""
-        once, leaving = own << MAX_DEPTH_BITS, ~entering
-        lowest, within = np.full(stack.shape[1], self.nothing, np.int32), np.zeros(stack.shape[1], bool)
+        leaving, vacuum = ~entering, np.int32(self.count)
+        lowest, within = np.full(stack.shape[1], vacuum), np.zeros(stack.shape[1], bool)
         for row in stack:
-            last = (row == once) & leaving
-            if last.any():
-                row = np.where(last, self.nothing, row)
-            np.minimum(lowest, row, out=lowest)
-            if (row >= BACKWARDS).any():
-                deep = row - (once | BACKWARDS)  # how often more than once
-                within |= (deep >= entering) & (deep <= DEEPEST)
-        around = lowest >> MAX_DEPTH_BITS
-        return around, (own >= around) | within
+            rank, backwards = row & RANKS, row < 0
+            out = (row == own) & leaving
+            if backwards.any():
+                within |= backwards & (rank == own) & (leaving | (row < -AGAIN - AGAIN))
+                out |= backwards
+            np.minimum(lowest, np.where(out, vacuum, rank) if out.any() else rank, out=lowest)
+        return lowest, (own >= lowest) | within
 
     def cross(self, stack: Stack, prim: Numbers, entering: Bools, tally: Tally) -> Stack:
         """The stack behind an interface. What finds no room, or is too deep in one solid, loses its medium."""
         if self.rows == 0:
             return stack
-        own = self.rank.take(prim)
+        own, nothing = self.rank.take(prim), np.int32(self.count)
+        step = AGAIN * signs(entering).astype(np.int32)
         pending = own < self.count
-        once, deepest, nothing = own << MAX_DEPTH_BITS, np.int32(DEEPEST), self.nothing
         result = stack.copy()
         for row in result:
-            here = pending & ((row & RANKS) >> MAX_DEPTH_BITS == own)
-            grows = (row < BACKWARDS) == entering
-            depth = row & deepest
-            new = np.where(grows, row + np.int32(1), np.where(depth == 0, nothing, row - np.int32(1)))
-            here &= ~(grows & (depth == deepest))
-            np.copyto(row, new, where=here)
+            here = pending & (row & RANKS == own)
             pending &= ~here
-        new = np.where(entering, once, once | BACKWARDS)
+            lost = here & (np.abs((row >> RANK_BITS) + 1) >= DEEPEST)
+            new = row + np.where(lost, np.int32(0), step)
+            np.copyto(row, np.where(new >> RANK_BITS == -1, nothing, new), where=here)
+            tally.add("lost_media", np.count_nonzero(lost))
+        new = np.where(entering, own, own - AGAIN - AGAIN)
         for row in result:
             here = pending & (row == nothing)
             np.copyto(row, new, where=here)
@@ -189,7 +174,7 @@ class Media:
     def count_lost(self, stack: Stack, tally: Tally) -> None:
         """Count rays that leave the scene from within a solid."""
         if self.rows:
-            tally.add("lost_media", np.count_nonzero((stack != self.nothing).any(axis=0)))
+            tally.add("lost_media", np.count_nonzero((stack != self.count).any(axis=0)))
 
     def around_camera(
         self, origin: Float32, direction: Float32, solids: Callable[[], PrimitiveSet], tally: Tally
@@ -212,10 +197,10 @@ class Media:
         pairs, inverse = np.unique(ray * (self.count + 1) + solid, return_inverse=True)
         depth = np.bincount(inverse.reshape(-1), sign, minlength=len(pairs)).astype(np.intp)
         pairs, depth = pairs[depth != 0], depth[depth != 0]
-        self._fill(stack, pairs // (self.count + 1), encoded(pairs % (self.count + 1), depth))
+        self._fill(stack, pairs // (self.count + 1), pairs % (self.count + 1) + (depth - 1) * int(AGAIN))
         return stack
 
-    def _fill(self, stack: Stack, ray: Numbers, rows: Stack) -> None:
+    def _fill(self, stack: Stack, ray: Numbers, rows: Numbers) -> None:
         """Put rows (n,) into the stacks of rays (n,), sorted by ray."""
         first = np.searchsorted(ray, ray)
         row = np.arange(len(ray)) - first

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .compiled import CompiledScene
-from .constants import MAX_BRANCHES, MAX_STRAIGHT_PASSES
+from .constants import MAX_STRAIGHT_PASSES
 from .interaction import Interaction
 from .rays import NO_BRANCH, REFLECTION, REFRACTION, Rays
 from .rough import roughen
@@ -105,8 +105,8 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
 def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally: Tally) -> tuple[Bools, Bools]:
     """Which reflected and which transmitted rays go on: those with a weight, within depth, worth their work.
 
-    What the depth or the cutoff ends, or what is one of too many, is residual. Camera rays that pass straight through
-    are never cut: the film's alpha counts them.
+    What the depth or the cutoff ends, or what is one of too many, is residual; of those that are too many, some stand
+    for the others. Camera rays that pass straight through are never cut: the film's alpha counts them.
     """
     may_bounce = rays.depth < scene.settings.max_depth
     may_pass = (may_bounce & split.bends) | ((rays.passes < MAX_STRAIGHT_PASSES) & ~split.bends)
@@ -116,26 +116,22 @@ def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally:
         tally.add("weightless", 2 * len(rays) - np.count_nonzero(reflected) - np.count_nonzero(transmitted))
     reflects = _within(rays, reflected, may_bounce, sums, weightless)
     transmits = _within(rays, transmitted, may_pass, sums, weightless)
-    if sums.spent is None and np.count_nonzero(reflects) + np.count_nonzero(transmits) <= MAX_BRANCHES:
-        return reflects, transmits
-    weight = np.concatenate(
-        [
-            reflected * reflects,
-            transmitted * (transmits & (split.bends | ~rays.camera)),
-        ]
-    )
+    weight = np.concatenate([reflected * reflects, transmitted * (transmits & (split.bends | ~rays.camera))])
     sample = np.concatenate([rays.sample, rays.sample])
-    for name, choose in (("cut", sums.cuttable), ("crowded", sums.crowded)):
-        ended = choose(sample, weight)
-        if ended.any():
-            weight[ended] = 0
-            for largest, follows, lost in zip(
-                (reflected, transmitted), (reflects, transmits), ended.reshape(2, -1), strict=True
-            ):
-                index = flatnonzero(lost)
-                sums.add_residual(rays.sample[index], largest.take(index))
-                follows &= ~lost
-                tally.add(name, len(index))
+    ended = sums.cuttable(sample, weight)
+    if ended.any():
+        tally.add("cut", np.count_nonzero(ended))
+        sums.add_residual(sample[ended], weight[ended])
+        weight[ended] = 0
+        reflects, transmits = reflects & ~ended[: len(rays)], transmits & ~ended[len(rays) :]
+    factor = sums.drawn(sample, weight)
+    if factor is not None:
+        tally.add("crowded", np.count_nonzero(factor == 0))
+        for light, changed, follows in zip(
+            (split.reflected, split.transmitted), factor.reshape(2, -1), (reflects, transmits), strict=True
+        ):
+            light *= changed.astype(np.float32)
+            follows &= changed > 0
     return reflects, transmits
 
 
