@@ -235,6 +235,9 @@ Halves whose error variance is v and correlation c differ by 2 v (1 - c) and hav
 the slope -0.75 the mean has v 2^-1.5, so c = 2^-0.5 - 1. (For random samples c = 0, and the factor is 1/4.)
 """
 
+ENDED = 1 / 8
+"""A sample is dark if so much of its light was cut off: an eighth darker is seen beside its neighbours."""
+
 COARSEST = 8
 """A picture against a deadline begins with every 8th pixel across and up: 1/64 of the work of one sample."""
 

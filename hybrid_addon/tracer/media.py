@@ -1,11 +1,11 @@
 """Which medium lies on either side of a hit: the one place that decides the relative index of refraction.
 
-A *solid* is a closed body that transmits: a mesh whose every edge joins two triangles of like winding, facing outward,
-or an analytic sphere. Every ray carries the solids that it is inside of (nested dielectrics, Schmidt & Budge 2002), in
-rows, in no order: the rank of each, and how often the ray is inside of it, for a body may go through itself and the
-parts of one mesh may overlap. A part turned inside out counts backwards, below nothing too: there the ray is in no
-medium, and what it enters it leaves again. Where solids overlap, the one of the *lowest rank*, the smallest in size, displaces the
-others: the bubble the water, the water the glass. That is the same from whichever side a ray comes. The rules:
+A *solid* is a closed body that transmits: a part of a mesh whose every edge joins two triangles of like winding, facing
+outward, or an analytic sphere. Every ray carries the solids that it is inside of (nested dielectrics, Schmidt & Budge
+2002), in rows, in no order: the rank of each, and how often the ray is inside of it, for a body may go through itself
+and the parts of one mesh may overlap. Where it is turned inside out that counts backwards, below 0 too: what is left
+there is in no medium, and no fault. Where solids overlap, the one of the *lowest rank*, the smallest in size, displaces
+the others: the bubble the water, the water the glass. That is the same from whichever side a ray comes. The rules:
 
 * An IOR is that of the solid itself, against vacuum: a bubble in water is a solid of IOR 1.
 * An interface of a solid that another one displaces there is none: rays pass it unbent and unreflected, only tinted.

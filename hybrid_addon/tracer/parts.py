@@ -139,4 +139,3 @@ def _near(points: Float32) -> Numbers:
         links.append(np.stack([order[:-1][same], order[1:][same]]))
     a, b = np.concatenate(links, axis=1)
     return _components(n, a, b)
-

@@ -27,6 +27,7 @@ from .signature import Signatures, identities
 from .sums import BRANCHES, Sums, wanted_parts
 from .tally import Tally
 from .totals import Totals
+from .unfinished import count_samples
 from .whitted import trace_rays
 
 Progress = Callable[[float], bool]
@@ -242,6 +243,7 @@ class Passes:
                 trace_rays(self.scene, blocks, work.seen, sums, tally, check, sampler=draws)
             except _TooLate:
                 return tally, False
+            count_samples(sums, tally)
             sums.close()
             self.totals.add(pixels, sums, work.first)
         return tally, True

@@ -118,7 +118,7 @@ def _bodies(scene: Scene, g: Geometry, transmits: Bools) -> tuple[Geometry, Bodi
 
 
 def _measured(g: Geometry, prims: Numbers, part: Numbers, transmits: Bools) -> Bodies:
-    """Parts, of triangles `prims` (p,) with the part (p,) that each belongs to; those that transmit nowhere left out."""
+    """Parts, of triangles `prims` (p,) with the part (p,) that each belongs to; not those that transmit nowhere."""
     _, part = np.unique(part, return_inverse=True)
     part = part.reshape(-1)
     clear = (np.bincount(part, transmits[prims]) > 0)[part]
@@ -197,7 +197,9 @@ def _welded(g: Geometry, vertices: Float32, run: Numbers, mesh: TriangleMesh, pl
         return vertices
     source = g.source[run]
     base = g.triangles[run, 0] - mesh.triangles[source, 0]
-    whole = np.bincount(source, minlength=len(mesh.triangles))[source] == 1  # split triangles have vertices of their own
+    whole = (
+        np.bincount(source, minlength=len(mesh.triangles))[source] == 1
+    )  # split triangles have vertices of their own
     moved = np.flatnonzero(place != np.arange(len(place)))
     if not whole.any() or len(moved) == 0:
         return vertices

@@ -17,6 +17,7 @@ from .scattering import both_faces, fresnel_dielectric, keep_outside, reflect, r
 from .signature import REFLECTED, TRANSMITTED, child_path
 from .sums import Sums
 from .tally import Tally
+from .unfinished import count_ended, in_units
 from .vectors import Index, count, flatnonzero, largest_component, most, normalize, select, take
 
 Bools = NDArray[np.bool_]
@@ -48,7 +49,7 @@ def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: S
     split = share_out(scene, rays, at)
     if drawn is not None:
         split.reflected, split.transmitted = drawn.share(split.reflected, split.transmitted, split.bends)
-    reflect_too, transmit_too = _followed(scene, rays, split, sums, tally)
+    reflect_too, transmit_too = _followed(scene, rays, at, split, sums, tally)
     return children(scene, rays, at, t, split, reflect_too, transmit_too, tally)
 
 
@@ -102,7 +103,9 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
     )
 
 
-def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally: Tally) -> tuple[Bools, Bools]:
+def _followed(
+    scene: CompiledScene, rays: Rays, at: Interaction, split: Split, sums: Sums, tally: Tally
+) -> tuple[Bools, Bools]:
     """Which reflected and which transmitted rays go on: those with a weight, within depth, worth their work.
 
     What the depth or the cutoff ends, or what is one of too many, is residual; of those that are too many, some stand
@@ -114,14 +117,16 @@ def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally:
     reflected, transmitted = largest_component(split.reflected), largest_component(split.transmitted)
     if not weightless:
         tally.add("weightless", 2 * len(rays) - np.count_nonzero(reflected) - np.count_nonzero(transmitted))
-    reflects = _within(rays, reflected, may_bounce, sums, weightless)
-    transmits = _within(rays, transmitted, may_pass, sums, weightless)
+    place = scene.geometry.object.take(at.prim)
+    reflects = _within(rays, place, reflected, may_bounce, sums, weightless, tally)
+    transmits = _within(rays, place, transmitted, may_pass, sums, weightless, tally)
     weight = np.concatenate([reflected * reflects, transmitted * (transmits & (split.bends | ~rays.camera))])
     sample = np.concatenate([rays.sample, rays.sample])
     ended = sums.cuttable(sample, weight)
     if ended.any():
         tally.add("cut", np.count_nonzero(ended))
         sums.add_residual(sample[ended], weight[ended])
+        tally.add("lost_to_cutoff", in_units(weight[ended]).sum())
         weight[ended] = 0
         reflects, transmits = reflects & ~ended[: len(rays)], transmits & ~ended[len(rays) :]
     factor = sums.drawn(sample, weight)
@@ -135,15 +140,18 @@ def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally:
     return reflects, transmits
 
 
-def _within(rays: Rays, weight: Float32, limit: Bools, sums: Sums, weightless: bool) -> Bools:
+def _within(
+    rays: Rays, place: NDArray[np.intp], weight: Float32, limit: Bools, sums: Sums, weightless: bool, tally: Tally
+) -> Bools:
     """The hits that may spawn a ray: a weight (n,) left, and within limits; what the limit cuts is residual.
 
-    weightless : rays without a weight are wanted, too.
+    place : (n,) the objects that are hit.   weightless : rays without a weight are wanted, too.
     """
     wanted = (weight != 0) | weightless
     cut = flatnonzero(wanted & ~limit)
     if len(cut):
         sums.add_residual(rays.sample[cut], weight[cut])
+        count_ended(place[cut], weight[cut], tally)
     return wanted & limit
 
 

@@ -23,6 +23,9 @@ BLOCK = 256
 """Triangles in a row that are looked at together: mostly neighbours."""
 
 
+COLUMNS = "size", "low", "high", "extent", "thickness", "surface"
+
+
 @dataclass(eq=False)
 class Bodies:
     """Closed bodies that transmit, b of them: parts of meshes, then spheres; or groups of such parts.
@@ -59,7 +62,7 @@ class Bodies:
         size = self.size[index]
         within = np.arange(int(size.sum())) - np.repeat(np.cumsum(size) - size, size)
         prims = self.prims[np.repeat(self.starts[index], size) + within]
-        return Bodies(prims, *(getattr(self, n)[index] for n in ("size", "low", "high", "extent", "thickness", "surface")))
+        return Bodies(prims, *(getattr(self, name)[index] for name in COLUMNS))
 
 
 @dataclass(eq=False)
