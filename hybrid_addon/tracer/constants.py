@@ -91,9 +91,25 @@ WELD = 32 * FLOAT32_ULP
 Importers, lathes and mirrors leave a few ulp between the two sides of a seam; what is modelled apart is further apart.
 """
 
-MAX_MEDIA = 32
+MAX_MEDIA = 64
 """A ray is inside of at most so many solids at once; one more is not tracked, and counted. 4 bytes a ray for each that
 may be there in fact."""
+
+NEAR = 24 * FLOAT32_ULP
+"""Surfaces of different parts are near one another if they come nearer than this share of the largest coordinate.
+
+That is as far as an origin may be moved: ORIGIN_OFFSET, and on, past one surface or a few that are nearer.
+"""
+
+CLEAR_OF = 4 * FLOAT32_ULP
+"""A new ray starts at least this far from near surfaces: Embree's error is about one ulp, and rounding the origin costs
+another."""
+
+PUSHES = 8
+"""So often an origin is moved on at most; of more surfaces, each just behind the other, one may be lost."""
+
+MOST_NEAR = 1 << 20
+"""If more pairs of triangles come near one another, none is looked at: finding them would take minutes."""
 
 RANK_BITS = 22
 """Of the 32 bits of a row of media those that tell the solid: 4 million. The others tell how often a ray is inside of

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from ..scene import Float32, Float64
 from .accel import traceable
 from .constants import MAX_PROBE_CROSSINGS, RANK_BITS
+from .near import Near
 from .primitives import PrimitiveSet
 from .rays import Rays, offset_origin, origin_offset
 from .tally import Tally
@@ -74,6 +75,7 @@ class Media:
     thin      : (np,) bool, primitives of thin walls; None: there are none.
     low, high : (count, 3) float64, bounds of the solids.
     absorption, shadow_absorption : (3, count + 1) float64, 1/m, for all rays and for shadow rays; None: none absorbs.
+    near      : the triangles of different parts that come near one another; None: none do.
     """
 
     rank: Stack = field(default_factory=lambda: np.zeros(0, np.int32))
@@ -84,6 +86,7 @@ class Media:
     high: Float64 = field(default_factory=lambda: np.zeros((0, 3)))
     absorption: Float64 | None = None
     shadow_absorption: Float64 | None = None
+    near: Near | None = None
 
     @property
     def count(self) -> int:

@@ -198,9 +198,7 @@ class _Frame:
         )
         self._skip("shadow rays", "the light that they ask for is within the cutoff", counts["shadow_cut"])
         self._skip("rays", "their share of the picture is within the cutoff", counts["cut"])
-        self._skip(
-            "rays", "too many of one sample: others, drawn by lot, stand for them", counts["crowded"]
-        )
+        self._skip("rays", "too many of one sample: others, drawn by lot, stand for them", counts["crowded"])
         entries = [{"what": what, "why": why, "count": n} for (what, why), n in self.skipped.items() if n]
         kinds = ("camera", "reflected", "refracted", "straight", "shadow", "shadow_steps", "occlusion", "dropped")
         invariants = ("lost_media", "self_hits", "barycentrics_out_of_range", "negative_radiance", "nan_pixels")

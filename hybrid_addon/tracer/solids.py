@@ -29,6 +29,7 @@ from .constants import (
 )
 from .geometry import Geometry
 from .media import Media
+from .near import Near, find_near
 from .parts import Parts, closed_by_number, closed_parts
 from .soup import corner_bounds, facets_of, used_of
 from .surfaces import SurfaceTable
@@ -50,7 +51,8 @@ def find_solids(scene: Scene, geometry: Geometry, table: SurfaceTable) -> tuple[
     thin[bodies.take(np.flatnonzero(is_thin)).prims] = True
     if thin.any():
         geometry = replace(geometry, extent=np.where(thin, THIN_CLEARANCE * geometry.extent, geometry.extent))
-    solids = _grouped(geometry, bodies.take(np.flatnonzero(~is_thin)))
+    parts = bodies.take(np.flatnonzero(~is_thin))
+    solids = _grouped(geometry, parts)
     geometry, rows = _swell(geometry, solids)
     rank = np.full(len(transmits), len(solids), np.int32)
     rank[solids.prims] = np.repeat(np.arange(len(solids)), solids.size)
@@ -62,7 +64,15 @@ def find_solids(scene: Scene, geometry: Geometry, table: SurfaceTable) -> tuple[
         solids.low,
         solids.high,
         *_absorption(geometry, table, solids),
+        _near(geometry, parts, rank < len(solids)),
     )
+
+
+def _near(geometry: Geometry, parts: Bodies, is_solid: Bools) -> Near | None:
+    """The triangles of those parts that are solids, where they come near one another."""
+    first = parts.prims[parts.starts] if len(parts) else parts.size
+    meshes = parts.take(np.flatnonzero(is_solid[first] & (first < geometry.triangle_count)))
+    return find_near(geometry, meshes.prims, meshes.size)
 
 
 def _absorption(geometry: Geometry, table: SurfaceTable, solids: Bodies) -> tuple[Float64 | None, Float64 | None]:

@@ -87,6 +87,8 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
         ior, prim = at.table.ior.take(take(at.surface, optical)), take(at.prim, optical)
         cosine = np.clip(take(at.cos_o, optical), 0, 1).astype(np.float64)
         relative = scene.media.eta(take(rays.media, optical), prim, ior, take(outside, optical))
+        if at.sides is not None:
+            at.sides.amend_eta(relative, optical)
         relative[~take(is_optical, optical)] = 1.0
         cos_i[optical], eta[optical] = cosine, relative
         fresnel[optical] = fresnel_dielectric(cosine, relative)
@@ -187,7 +189,10 @@ def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, tally: T
     if at.n_shading is not at.n_geometric:
         direction = keep_outside(direction, take(at.n_geometric, index), wo)
     tally.add("reflected", direction.shape[1])
-    return _child(rays, index, take(at.outer, index), direction, split.reflected, REFLECTED)
+    child = _child(rays, index, take(at.outer, index), direction, split.reflected, REFLECTED)
+    if at.sides is not None:
+        child.media = at.sides.amend(child.media, index, beyond=False)
+    return child
 
 
 def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, tally: Tally) -> Rays:
@@ -199,8 +204,16 @@ def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, 
         direction = keep_outside(direction, -take(at.n_geometric, index), wo)
     tally.add("refracted", direction.shape[1])
     child = _child(rays, index, at.inner(index), direction, split.transmitted)
-    child.media = scene.media.cross(child.media, take(at.prim, index), take(at.entering, index), tally)
+    child.media = _beyond(scene, child.media, at, index, tally)
     return child
+
+
+def _beyond(
+    scene: CompiledScene, media: NDArray[np.int32], at: Interaction, index: Index, tally: Tally
+) -> NDArray[np.int32]:
+    """Media (rows, m) of rays that go on behind the hits `index`, from those before."""
+    media = scene.media.cross(media, take(at.prim, index), take(at.entering, index), tally)
+    return media if at.sides is None else at.sides.amend(media, index, beyond=True)
 
 
 def _straight(
@@ -212,6 +225,6 @@ def _straight(
     child.passes = child.passes + np.int16(1)
     child.t_max = (take(rays.t_max, index) - take(t, index)).astype(np.float32)
     child.camera = take(rays.camera, index)
-    child.media = scene.media.cross(child.media, take(at.prim, index), take(at.entering, index), tally)
+    child.media = _beyond(scene, child.media, at, index, tally)
     tally.add("straight", len(child))
     return child
