@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .compiled import CompiledScene
-from .constants import MAX_BRANCHES, MAX_STRAIGHT_PASSES, MIRROR_ROUGHNESS
+from .constants import MAX_STRAIGHT_PASSES, MIRROR_ROUGHNESS
 from .interaction import Interaction
 from .rays import NO_BRANCH, REFLECTED_RAY, REFLECTION, REFRACTION, TRANSMITTED_RAY, Rays
 from .rough import are_blurred, roughen
@@ -17,6 +17,7 @@ from .scattering import both_faces, fresnel_dielectric, keep_outside, mirrored, 
 from .signature import REFLECTED, TRANSMITTED, child_path
 from .sums import Sums
 from .tally import Tally
+from .unfinished import count_ended, in_units
 from .vectors import Index, count, flatnonzero, largest_component, most, normalize, put, select, take
 
 Bools = NDArray[np.bool_]
@@ -54,7 +55,7 @@ def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: S
     blurred = are_blurred(scene, at)
     if blurred is not None:
         _add_blurred(scene, rays, at, split, blurred, sums)
-    reflect_too, transmit_too = _followed(scene, rays, split, sums, tally)
+    reflect_too, transmit_too = _followed(scene, rays, at, split, sums, tally)
     return children(scene, rays, at, t, split, reflect_too, transmit_too, tally)
 
 
@@ -92,6 +93,8 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
         ior, prim = at.table.ior.take(take(at.surface, optical)), take(at.prim, optical)
         cosine = np.clip(take(at.cos_o, optical), 0, 1).astype(np.float64)
         relative = scene.media.eta(take(rays.media, optical), prim, ior, take(outside, optical))
+        if at.sides is not None:
+            at.sides.amend_eta(relative, optical)
         relative[~take(is_optical, optical)] = 1.0
         cos_i[optical], eta[optical] = cosine, relative
         fresnel[optical] = fresnel_dielectric(cosine, relative)
@@ -127,11 +130,13 @@ def _add_blurred(scene: CompiledScene, rays: Rays, at: Interaction, split: Split
     split.transmitted = np.where(blurred & split.bends, np.float32(0), split.transmitted)
 
 
-def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally: Tally) -> tuple[Bools, Bools]:
+def _followed(
+    scene: CompiledScene, rays: Rays, at: Interaction, split: Split, sums: Sums, tally: Tally
+) -> tuple[Bools, Bools]:
     """Which reflected and which transmitted rays go on: those with a weight, within depth, worth their work.
 
-    What the depth or the cutoff ends, or what is one of too many, is residual. Camera rays that pass straight through
-    are never cut: the film's alpha counts them.
+    What the depth or the cutoff ends, or what is one of too many, is residual; of those that are too many, some stand
+    for the others. Camera rays that pass straight through are never cut: the film's alpha counts them.
     """
     may_bounce = rays.depth < scene.settings.max_depth
     may_pass = (may_bounce & split.bends) | ((rays.passes < MAX_STRAIGHT_PASSES) & ~split.bends)
@@ -139,40 +144,41 @@ def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally:
     reflected, transmitted = largest_component(split.reflected), largest_component(split.transmitted)
     if not weightless:
         tally.add("weightless", 2 * len(rays) - np.count_nonzero(reflected) - np.count_nonzero(transmitted))
-    reflects = _within(rays, reflected, may_bounce, sums, weightless)
-    transmits = _within(rays, transmitted, may_pass, sums, weightless)
-    if sums.spent is None and np.count_nonzero(reflects) + np.count_nonzero(transmits) <= MAX_BRANCHES:
-        return reflects, transmits
-    weight = np.concatenate(
-        [
-            reflected * reflects,
-            transmitted * (transmits & (split.bends | ~rays.camera)),
-        ]
-    )
+    place = scene.geometry.object.take(at.prim)
+    reflects = _within(rays, place, reflected, may_bounce, sums, weightless, tally)
+    transmits = _within(rays, place, transmitted, may_pass, sums, weightless, tally)
+    weight = np.concatenate([reflected * reflects, transmitted * (transmits & (split.bends | ~rays.camera))])
     sample = np.concatenate([rays.sample, rays.sample])
-    for name, choose in (("cut", sums.cuttable), ("crowded", sums.crowded)):
-        ended = choose(sample, weight)
-        if ended.any():
-            weight[ended] = 0
-            for largest, follows, lost in zip(
-                (reflected, transmitted), (reflects, transmits), ended.reshape(2, -1), strict=True
-            ):
-                index = flatnonzero(lost)
-                sums.add_residual(rays.sample[index], largest.take(index))
-                follows &= ~lost
-                tally.add(name, len(index))
+    ended = sums.cuttable(sample, weight)
+    if ended.any():
+        tally.add("cut", np.count_nonzero(ended))
+        sums.add_residual(sample[ended], weight[ended])
+        tally.add("lost_to_cutoff", in_units(weight[ended]).sum())
+        weight[ended] = 0
+        reflects, transmits = reflects & ~ended[: len(rays)], transmits & ~ended[len(rays) :]
+    factor = sums.drawn(sample, weight)
+    if factor is not None:
+        tally.add("crowded", np.count_nonzero(factor == 0))
+        for light, changed, follows in zip(
+            (split.reflected, split.transmitted), factor.reshape(2, -1), (reflects, transmits), strict=True
+        ):
+            light *= changed.astype(np.float32)
+            follows &= changed > 0
     return reflects, transmits
 
 
-def _within(rays: Rays, weight: Float32, limit: Bools, sums: Sums, weightless: bool) -> Bools:
+def _within(
+    rays: Rays, place: NDArray[np.intp], weight: Float32, limit: Bools, sums: Sums, weightless: bool, tally: Tally
+) -> Bools:
     """The hits that may spawn a ray: a weight (n,) left, and within limits; what the limit cuts is residual.
 
-    weightless : rays without a weight are wanted, too.
+    place : (n,) the objects that are hit.   weightless : rays without a weight are wanted, too.
     """
     wanted = (weight != 0) | weightless
     cut = flatnonzero(wanted & ~limit)
     if len(cut):
         sums.add_residual(rays.sample[cut], weight[cut])
+        count_ended(place[cut], weight[cut], tally)
     return wanted & limit
 
 
@@ -213,6 +219,8 @@ def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, tally: T
     tally.add("reflected", direction.shape[1])
     child = _child(rays, at, index, take(at.outer, index), direction, split.reflected, True)
     child.unlit = take(split.unlit, index)
+    if at.sides is not None:
+        child.media = at.sides.amend(child.media, index, beyond=False)
     return child
 
 
@@ -227,8 +235,16 @@ def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, 
     child = _child(rays, at, index, at.inner(index), direction, split.transmitted, False)
     if scene.plan.rough and scene.plan.specular:
         child.unlit = child.unlit | take(at.glows, index)
-    child.media = scene.media.cross(child.media, take(at.prim, index), take(at.entering, index), tally)
+    child.media = _beyond(scene, child.media, at, index, tally)
     return child
+
+
+def _beyond(
+    scene: CompiledScene, media: NDArray[np.int32], at: Interaction, index: Index, tally: Tally
+) -> NDArray[np.int32]:
+    """Media (rows, m) of rays that go on behind the hits `index`, from those before."""
+    media = scene.media.cross(media, take(at.prim, index), take(at.entering, index), tally)
+    return media if at.sides is None else at.sides.amend(media, index, beyond=True)
 
 
 def _straight(
@@ -240,6 +256,6 @@ def _straight(
     child.passes = child.passes + np.int16(1)
     child.t_max = (take(rays.t_max, index) - take(t, index)).astype(np.float32)
     child.kind, child.receiver = take(rays.kind, index), take(rays.receiver, index)
-    child.media = scene.media.cross(child.media, take(at.prim, index), take(at.entering, index), tally)
+    child.media = _beyond(scene, child.media, at, index, tally)
     tally.add("straight", len(child))
     return child

@@ -19,6 +19,7 @@ from .accel import traceable
 from .backing import Backing
 from .compiled import CompiledScene
 from .constants import LONGEST_WAVE, MISS
+from .crossings import with_sides
 from .frosted import add_through
 from .interaction import Interaction, interact
 from .lamps import add_lamps
@@ -116,6 +117,7 @@ def _trace_wave(
     at = interact(scene.geometry, scene.surfaces, found, rays_hit)
     at = resolve(scene.geometry, at, found.t)
     at.media = None if scene.media.shadow_absorption is None else rays_hit.media
+    at = with_sides(scene.geometry, scene.media, rays_hit, at, found.t)
     at.lit = None if sums.signatures is None else np.zeros(len(rays_hit), np.uint32)
     at.draws = None if sampler is None else sampler.draws(rays_hit.sample, rays_hit.path)
 
