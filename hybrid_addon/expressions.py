@@ -35,8 +35,8 @@ class Hits(Protocol):
 
     def attribute(self, key: str) -> Array:
         """(width, n): "position", "normal" (on the side of the eye), "interpolated_normal" (the same, as long as
-        interpolation between the corners leaves it), "incoming", "backfacing" or "cosine" (of the view angle) of the hits, or
-        interpolated data of the mesh's corners; 0 where the mesh has none."""
+        interpolation between the corners leaves it), "incoming", "backfacing" or "cosine" (of the view angle) of the
+        hits, or interpolated data of the mesh's corners; 0 where the mesh has none."""
 
     def gradient(self, value: Callable[[Any], Array]) -> Array:
         """(3, n): how a number grows along the surface, for each metre, less than 0 seen from the inner side; `value`

@@ -17,7 +17,7 @@ from .interaction import Interaction
 from .layers import ggx_highlight
 from .lights import CompiledLight, Illumination, angular_radius, illuminate
 from .occlusion import open_share
-from .scattering import half_way, mirrored, phong, schlick
+from .scattering import above, half_way, mirrored, phong, schlick
 from .shadows import TOGETHER, Origins, visible_shares
 from .tally import Tally
 from .vectors import Index, add, count, dot, flatnonzero, select, take
@@ -153,15 +153,16 @@ def _add_ambient(scene: CompiledScene, hit: Interaction, color: Float32, radianc
 def _add_highlight(hit: Interaction, lit: Illumination, light: CompiledLight, arriving: Float32) -> None:
     """Add the highlight to arriving (3, n): only where a surface has one and faces the light."""
     table = hit.table
-    shines = (lit.specular > 0) & (lit.cosine > 0) & (hit.cos_o > 0)
+    wo, cos = above(hit.wo, hit.n_shading, hit.cos_o)
+    shines = (lit.specular > 0) & (lit.cosine > 0)
     shines &= table.shades_specular.take(hit.surface)
     layered = table.layered.take(hit.surface)
     for is_layered in (True, False):
         index = select(shines & (layered == is_layered))
         if count(index, len(shines)) == 0:
             continue
-        cos_i, cos_o = take(lit.cosine, index), take(hit.cos_o, index)
-        sin2_h, wo_h = half_way(take(lit.wi, index), take(hit.wo, index), take(hit.n_shading, index))
+        cos_i, cos_o = take(lit.cosine, index), take(cos, index)
+        sin2_h, wo_h = half_way(take(lit.wi, index), take(wo, index), take(hit.n_shading, index))
         if is_layered:
             radius = angular_radius(light.light, None if lit.d2 is None else take(lit.d2, index))
             color = _layered_lobes(hit, index, (sin2_h, cos_i, cos_o), radius)
