@@ -209,7 +209,8 @@ NEAR_MARGIN = 2.0**-16
 """By this share of the coordinates the box around where rays start is larger: 128 ulp, more than their rounding."""
 
 FLAT = 2.0**-20
-"""A mirror is flat if its normals, and its triangles' distances from one plane by its size, differ by no more."""
+"""A mirror is flat if its normals, and its triangles' distances from one plane by its size, differ by no more. And a
+matrix flattens if it leaves no more than this share of the box that its columns would make at right angles."""
 
 MOST_FACETS = 1024
 """Mirrors of more triangles are not asked whether they are flat: it would take as long as it could save."""

@@ -51,7 +51,7 @@ class Lobe:
 
 
 def ggx_lobe(wo: Float32, n: Float32, roughness: Float32) -> Lobe:
-    """Lobes of surfaces of normals n (3, n) and a roughness (n,) > 0, seen along wo (3, n)."""
+    """Lobes of surfaces of normals n (3, n) and a roughness (n,) > 0, seen along wo (3, n); from below as edge on."""
     normal, eye = n.astype(np.float64), wo.astype(np.float64)
     cos = np.clip(dot(normal, eye), LEAST_COSINE, 1)
     across = eye - normal * dot(normal, eye)

@@ -24,7 +24,7 @@ from .interaction import Interaction
 from .layers import masking
 from .rays import Rays
 from .sampler import Draws, hash32
-from .scattering import reflect
+from .scattering import reflect, reflecting_normal
 from .vectors import Array, dot, flatnonzero, largest_component, normalize, orthonormal_basis
 
 Bools = NDArray[np.bool_]
@@ -86,8 +86,9 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Dr
     is_coat = draws.square(LOBE)[0] < odds
     chance = np.where(both, np.where(is_coat, odds, 1 - odds), np.float32(1))
     roughness = np.where(is_coat, coat, lobe)
-    facing = flatnonzero(wide & (roughness > MIRROR_ROUGHNESS) & (dot(at.wo, at.n_shading) > 0))
-    normals = np.array(at.n_shading)
+    normals = reflecting_normal(at.wo, at.n_shading, at.n_geometric)
+    facing = flatnonzero(wide & (roughness > MIRROR_ROUGHNESS) & (dot(at.wo, normals) > 0))
+    normals = np.where(wide, normals, at.n_shading)
     redraw = (at.value("interface") == 0).take(facing)
     normals[:, facing] = _microfacets(
         at.wo[:, facing], normals[:, facing], roughness[facing] ** 2, redraw, draws.take(facing)

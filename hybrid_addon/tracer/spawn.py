@@ -13,7 +13,7 @@ from .constants import MAX_STRAIGHT_PASSES, MIRROR_ROUGHNESS
 from .interaction import Interaction
 from .rays import NO_BRANCH, REFLECTED_RAY, REFLECTION, REFRACTION, TRANSMITTED_RAY, Rays
 from .rough import are_blurred, roughen
-from .scattering import both_faces, fresnel_dielectric, keep_outside, mirrored, reflect, refract
+from .scattering import both_faces, fresnel_dielectric, keep_outside, mirrored, reflect, reflecting_normal, refract
 from .signature import REFLECTED, TRANSMITTED, child_path
 from .sums import Sums
 from .tally import Tally
@@ -212,10 +212,10 @@ def _child_branch(branch: NDArray[np.uint8], kind: np.uint32) -> NDArray[np.uint
 
 
 def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, tally: Tally) -> Rays:
-    wo = take(at.wo, index)
-    direction = normalize(reflect(wo, take(at.n_shading, index)))
+    wo, normal = take(at.wo, index), take(at.n_shading, index)
     if at.n_shading is not at.n_geometric:
-        direction = keep_outside(direction, take(at.n_geometric, index), wo)
+        normal = reflecting_normal(wo, normal, take(at.n_geometric, index))
+    direction = normalize(reflect(wo, normal))
     tally.add("reflected", direction.shape[1])
     child = _child(rays, at, index, take(at.outer, index), direction, split.reflected, True)
     child.unlit = take(split.unlit, index)
