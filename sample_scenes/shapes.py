@@ -115,6 +115,7 @@ def lathe(name, profile, segments, mat, at=(0, 0, 0)):
     A profile that runs from the axis to the axis gives a closed skin of 2 x segments x (points - 2) triangles.
     """
     points = [(r, 0.0, z) for r, z in profile]
+    area = sum((b[0] - a[0]) * (a[1] + b[1]) / 2 for a, b in zip(profile, [*profile[1:], profile[0]], strict=True))
     data = bpy.data.meshes.new(name)
     data.from_pydata(points, [(i, i + 1) for i in range(len(points) - 1)], [])
     data.materials.append(mat)
@@ -129,7 +130,7 @@ def lathe(name, profile, segments, mat, at=(0, 0, 0)):
         use_merge_vertices=True,
         merge_threshold=1e-5,
         use_smooth_shade=True,
-        use_normal_calculate=True,
+        use_normal_flip=bool(area < 0),  # outwards: Screw's own choice fails for some
     )
     return obj
 
