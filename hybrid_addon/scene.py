@@ -276,7 +276,7 @@ class PointLight:
     range        : metres; EEVEE's window (1 - (d^2/range^2)^2)^2 fades the light, which ends there. inf = physical.
     radius       : metres, of the emitting ball; 0 = a point, with hard shadows.
     soft_falloff : a disk that faces the receiver, not a ball: EEVEE's factor d^2 / (d^2 + radius^2).
-    diffuse, specular : weights of this light in the two lobes.
+    diffuse, specular, transmission : weights of this light where it is scattered, mirrored, and seen through glass.
     """
 
     name: str
@@ -288,6 +288,7 @@ class PointLight:
     cast_shadow: bool = True
     diffuse: float = 1.0
     specular: float = 1.0
+    transmission: float = 1.0
     receivers: frozenset[int] | None = None
     blockers: frozenset[int] | None = None
 
@@ -320,6 +321,7 @@ class SunLight:
     cast_shadow: bool = True
     diffuse: float = 1.0
     specular: float = 1.0
+    transmission: float = 1.0
     receivers: frozenset[int] | None = None
     blockers: frozenset[int] | None = None
 
@@ -343,6 +345,7 @@ class AreaLight:
     cast_shadow: bool = True
     diffuse: float = 1.0
     specular: float = 1.0
+    transmission: float = 1.0
     receivers: frozenset[int] | None = None
     blockers: frozenset[int] | None = None
 

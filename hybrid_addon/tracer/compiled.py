@@ -39,6 +39,7 @@ class CompiledScene:
     """Everything that worker threads share; read only after construction.
 
     geometry, media, surfaces, world, lights, plan : see their modules; `lights` holds those that can light anything.
+    lamps : lights that reflected and refracted rays can meet.   linked_lamps : not all of them light everything.
     seen_by_camera, seen_by_secondary : what camera rays and all later rays can hit.
     occluders : what hides the world from points, or None: nothing does.
     backing : what raster-backed hits are looked up in, or None.
@@ -65,6 +66,8 @@ class CompiledScene:
         if self.plan.ambient and self.surfaces.blurs.any():
             self.world.prepare_glossy(*self.surfaces.blur_roughness)
         self.lights = prepared.lights if self.plan.diffuse or self.plan.specular else []
+        self.lamps = prepared.lamps
+        self.linked_lamps = any(lamp.receives is not None for lamp in self.lamps)
         x0, y0, x1, y1 = self.camera.window
         pixels = (x1 - x0) * (y1 - y0) if pixels is None else pixels
         self._divided = divides(self.geometry, settings.samples, pixels)
@@ -97,7 +100,7 @@ class CompiledScene:
             return Blockers(self._set(members), opaque, bool((members & ~opaque).any()), hollow)
 
         self._blockers = blockers(casts)
-        linked = [(light.key, light.blocks) for light in self.lights if light.blocks is not None]
+        linked = [(light.key, light.blocks) for light in (*self.lights, *self.lamps) if light.blocks is not None]
         self._linked = {int(key): blockers(casts & blocks, self.media.bounded_by(~blocks)) for key, blocks in linked}
 
     def blockers(self, light: CompiledLight) -> Blockers:

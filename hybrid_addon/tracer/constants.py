@@ -134,6 +134,12 @@ OUTER_COSINE_SHARE = 0.9
 MIN_ROUGHNESS = 0.05
 """The highlight of a smoother surface would be narrower than a pixel: sparks, different in each sample."""
 
+LEAST_LAMP = 1.0e-4
+"""In a highlight a lamp has at least this radius, as a share of its distance: a twentieth of the narrowest lobe's."""
+
+LTC_FADE = 0.1
+"""Sine of the angle over which EEVEE fades the highlight of a lamp that sinks below the horizon."""
+
 TRACED_ROUGHNESS = 0.25
 """A dielectric's or coat's reflection is followed by a ray below this roughness; above, the world's blurred image."""
 
@@ -141,7 +147,8 @@ COSINES = 8 * 31 + 1
 """Steps of cosine at which layered surfaces are worked out; every 8th is one of the table of albedos (layers)."""
 
 MIRROR_ROUGHNESS = 0.04
-"""A smoother surface is a mirror: its lobe is a tenth of a degree wide."""
+"""A surface that is no rougher is a mirror: its lobe is a tenth of a degree wide. Its rays meet lamps; what is rougher
+shows them in its highlight, which at this roughness is as sharp."""
 
 MICROFACET_TRIES = 4
 """So often a microfacet is drawn: of roughness 0.5 one in 10 reflections is caught by another, of 1 nearly half."""

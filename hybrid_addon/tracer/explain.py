@@ -58,7 +58,7 @@ def explain(scene: CompiledScene, x: int, y: int) -> Node:
     tally = Tally()
     with np.errstate(all="ignore"):
         media = scene.media.around_camera(origin, direction, lambda: scene.solids, tally)
-        rays = camera_rays(origin, direction, t_max, np.arange(1), media, True)
+        rays = camera_rays(origin, direction, t_max, np.arange(1), media, True, linked=scene.linked_lamps)
         tree = _Tree(scene, rays)
         sums = Sums.zeros(1, 1, settings.cutoff, depth=settings.max_depth)
         trace_rays(scene, [rays], scene.seen_by_camera, sums, tally, lambda: None, tree.watch)

@@ -64,6 +64,11 @@ class Interaction:
         """(n,) cosine between the shading normal and wo."""
         return dot(self.wo, self.n_shading)
 
+    @cached_property
+    def has_highlight(self) -> NDArray[np.bool_]:
+        """(n,) whether lamps light its reflection straight: not from within what bends their light on its way."""
+        return self.entering | ~self.table.refracts.take(self.surface)
+
     def value(self, name: str, index: Index = ALL) -> Float32:
         """Numbers (m,) or (3, m) of the surface model (columns.WIDTHS) for the hits `index`; not to be written to."""
         return self.values.value(name, index)

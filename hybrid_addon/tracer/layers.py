@@ -17,7 +17,7 @@ import numpy as np
 
 from ..scene import Float32, Float64
 from .columns import pack
-from .constants import FAINT, LEAST_COSINE, MIN_ROUGHNESS, TRACED_ROUGHNESS
+from .constants import FAINT, LEAST_COSINE, TRACED_ROUGHNESS
 from .fields import Fields
 from .vectors import Array
 
@@ -77,16 +77,6 @@ def masking(cos: Array, alpha: Array | float) -> Array:
 def albedos(cos: Array, roughness: Array) -> Float64:
     """The three sums (3, n) at view cosines (n,), bilinear; roughness: (n,), or (1,) for all."""
     return np.stack([_bilinear(sums, cos, roughness) for sums in albedo_table()])
-
-
-def lobe_albedo(cos: Float32, roughness: Float32) -> Float32:
-    """Albedo (n,) of a lobe that reflects all: the first two sums."""
-    return _bilinear(_lobe_table(), cos, roughness)
-
-
-@cache
-def _lobe_table() -> Float32:
-    return albedo_table()[:2].sum(axis=0).astype(np.float32)
 
 
 def _bilinear(table: Array, cos: Array, roughness: Array) -> Array:
@@ -224,25 +214,3 @@ def _split(f: Fields) -> tuple[Float64, Float64]:
     """Shares (1, n) of the dielectric body and of what is transmitted."""
     rest = 1 - f["reflectivity"]
     return rest * f["opacity"], rest * (1 - f["opacity"])
-
-
-# ------------------------------------------------------------------------------------------------ lights
-
-
-def ggx_highlight(
-    sin2_h: Float32, cos_i: Float32, cos_o: Float32, roughness: Float32, light_radius: Float32
-) -> Float32:
-    """A GGX lobe times cos_i, normalised to albedo 1: (n,).
-
-    f cos_i = D G1(wi) G1(wo) / (4 cos_o), over the albedo of the same. A light of angular radius `light_radius` (n,)
-    widens the lobe: half of it, as a mirror turns reflected rays by twice its own angle.
-
-    sin2_h : (n,) squared sine of the angle between the normal and the vector half way between wi and wo.
-    """
-    alpha = np.maximum(roughness, MIN_ROUGHNESS) ** 2
-    alpha2 = np.minimum(alpha * alpha + (light_radius / 2) ** 2, 1)
-    alpha = np.sqrt(alpha2)
-    t = sin2_h + alpha2 * (1 - sin2_h)
-    d = alpha2 / (np.pi * t * t)
-    lobe = d * masking(cos_i, alpha) * masking(cos_o, alpha) / (4 * cos_o)
-    return np.asarray(lobe / np.maximum(lobe_albedo(cos_o, np.sqrt(alpha)), np.float32(0.1)), np.float32)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import AreaLight, Float32, Float64, Light, PointLight, SpotLight, SunLight
-from .constants import FAR_AREA_RATIO, LEAST_RADIUS, NEAR_BALL, SPOT_BLEND_FLOOR
+from .constants import FAR_AREA_RATIO, NEAR_BALL, SPOT_BLEND_FLOOR
 from .sampler import UInt32, disk, hash32
 from .vectors import Array, count, cross, dot, matrix_times, orthonormal_basis, select, take
 
@@ -42,6 +42,18 @@ class CompiledLight:
     def is_black(self) -> bool:
         """Cannot light anything."""
         return not self.color.any() or (self.light.diffuse == 0 and self.light.specular == 0)
+
+    @property
+    def is_unseen(self) -> bool:
+        """No ray can meet it, or sees anything of it."""
+        light = self.light
+        if isinstance(light, SunLight):
+            has_size = light.angle > 0
+        elif isinstance(light, AreaLight):
+            has_size = bool(np.cross(light.axis_u, light.axis_v).any())
+        else:
+            has_size = light.radius > 0
+        return not (has_size and self.color.any()) or (light.specular == 0 and light.transmission == 0)
 
     @property
     def has_place(self) -> bool:
@@ -114,19 +126,6 @@ def illuminate(compiled: CompiledLight, point: Float32, normal: Float32, least_d
     if isinstance(light, AreaLight):
         return _illuminate_area(light, compiled, point, normal, least_distance)
     return _illuminate_point(light, compiled, point, normal, least_distance)
-
-
-def angular_radius(light: Light, d2: Float32 | None) -> Float32:
-    """Half the angle, radians, that a light takes up at squared distances (n,): (n,), or (1,) for a sun."""
-    if isinstance(light, SunLight):
-        return np.full(1, light.angle / 2, np.float32)
-    assert d2 is not None
-    if isinstance(light, AreaLight):
-        u, v = (np.array(a, np.float64) for a in (light.axis_u, light.axis_v))
-        radius = float(np.sqrt(np.sqrt((np.cross(u, v) ** 2).sum())))
-    else:
-        radius = light.radius
-    return np.arctan(np.float32(radius) / np.maximum(np.sqrt(d2), np.float32(max(radius, LEAST_RADIUS))))
 
 
 def shadow_rays(
@@ -266,7 +265,7 @@ def _illuminate_area(
     return Illumination(wi, cosine, diffuse, specular, d2)
 
 
-def form_factor(corners: list[Float32], normal: Float32) -> Float32:
+def form_factor(corners: list[Array], normal: Array) -> Array:
     """Irradiance over pi radiance (n,) from a quadrilateral of either winding, clipped at the horizon: Lambert 1760.
 
     E / L = 1/2 sum over edges of angle(a, b) n.(a x b)/|a x b| (Arvo 1994, sec. 4), over the part above the horizon.
@@ -292,10 +291,10 @@ def form_factor(corners: list[Float32], normal: Float32) -> Float32:
         total += np.where(above_a | above_b, _edge_term(a, b, normal), np.float32(0))
     if clipped.any():
         total += np.where(clipped, _edge_term(down, up, normal), np.float32(0))
-    return np.abs(total) * np.float32(0.5 / np.pi)
+    return np.asarray(np.abs(total) * np.float32(0.5 / np.pi))
 
 
-def _edge_term(a: Array, b: Array, normal: Float32) -> Array:
+def _edge_term(a: Array, b: Array, normal: Array) -> Array:
     """angle(a, b) n.(a x b) / |a x b|, 0 for edges that point at the receiver."""
     c = cross(a, b)
     length = np.sqrt(dot(c, c))

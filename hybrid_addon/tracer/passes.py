@@ -270,7 +270,7 @@ class Passes:
                 media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, tally)
             tally.add("camera", len(sample))
             begun += len(sample)
-            yield camera_rays(origin, direction, t_max, sample, media, signed, branched)
+            yield camera_rays(origin, direction, t_max, sample, media, signed, branched, self.scene.linked_lamps)
 
 
 def _portions(pixels: Pixels, count: int, threads: int, longest: int, smallest: int) -> list[Pixels]:

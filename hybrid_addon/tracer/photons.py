@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ from .passes import workers
 from .rays import Rays, camera_rays, concatenate, offset_origin
 from .sampler import UInt32, hash32
 from .shadows import visibility
-from .spawn import Split, children, share_out
+from .spawn import children, share_out
 from .tally import Tally
 from .varying import resolve
 from .vectors import dot, largest_component, select, take
@@ -194,12 +194,10 @@ class _Tracer:
         may_bounce = rays.depth < self.scene.settings.max_depth
         mirrors = mirrored & may_bounce & (total > 0)
         passes = ~mirrored & (transmitted > 0) & np.where(split.bends, may_bounce, rays.passes < MAX_STRAIGHT_PASSES)
-        drawn = Split(
-            split.reflected * (total / np.where(mirrors, reflected, np.inf)).astype(np.float32),
-            split.transmitted * (total / np.where(passes, transmitted, np.inf)).astype(np.float32),
-            split.bends,
-            split.cos_i,
-            split.eta,
+        drawn = replace(
+            split,
+            reflected=split.reflected * (total / np.where(mirrors, reflected, np.inf)).astype(np.float32),
+            transmitted=split.transmitted * (total / np.where(passes, transmitted, np.inf)).astype(np.float32),
         )
         bent[rays.sample] |= mirrors | (passes & split.bends)
         return concatenate(children(self.scene, rays, at, t, drawn, mirrors, passes, tally))

@@ -121,7 +121,10 @@ class _Notes:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A scene as tables, before anything is built to trace it; `lights` are those that can light anything."""
+    """A scene as tables, before anything is built to trace it.
+
+    lights : those that can light anything.   lamps : those that rays can meet.
+    """
 
     camera: Camera
     geometry: Geometry
@@ -129,6 +132,7 @@ class Prepared:
     surfaces: SurfaceTable
     world: CompiledWorld
     lights: list[CompiledLight]
+    lamps: list[CompiledLight]
     plan: Plan
 
 
@@ -167,11 +171,11 @@ def prepare(scene: Scene, settings: Settings, kept: Kept | None = None, once: bo
     if not linked and not notes.spare("light-linking", True):
         every = np.ones(len(geometry.object), bool)
         lights = [replace(light, receives=every, blocks=every) for light in lights]
-    plan, lights = make_plan(geometry, surfaces, world, lights, settings, notes, scene.raster is not None)
+    plan, lights, lamps = make_plan(geometry, surfaces, world, lights, settings, notes, scene.raster is not None)
     camera = scene.camera
     if camera.lens is None and not notes.spare("depth-of-field", True):
         camera = replace(camera, lens=Lens(0.0, 1.0))
-    return Prepared(camera, geometry, media, surfaces, world, lights, plan)
+    return Prepared(camera, geometry, media, surfaces, world, lights, lamps, plan)
 
 
 def _world(world: World, kept: Kept) -> CompiledWorld:
@@ -218,8 +222,11 @@ def make_plan(
     settings: Settings,
     notes: _Notes,
     raster: bool,
-) -> tuple[Plan, list[CompiledLight]]:
-    """Find out what the reachable surfaces need, and which lights can light any of them. raster: there is one."""
+) -> tuple[Plan, list[CompiledLight], list[CompiledLight]]:
+    """Find out what the reachable surfaces need, which lights can light any of them, and which lamps rays can meet.
+
+    raster : there is one.
+    """
     reachable = reachable_surfaces(geometry, table, settings)
     n, spare = int(np.count_nonzero(reachable)), notes.spare
 
@@ -239,6 +246,8 @@ def make_plan(
     why = "nothing can hide the world" if ambient else why
     occlusion = settings.occlusion_samples > 0
     occlusion = occlusion and not spare("occlusion", not (ambient and hides.any()), why, n)
+    sends = (table.reflects | table.transmits) & reachable
+    lamps = _lamps(lights, geometry, sends[geometry.surface], notes) if secondary else []
     answer = table.shades_diffuse | table.shades_specular
     lights = _useful_lights(lights, geometry, (answer & reachable)[geometry.surface], notes)
     why = "no reachable surface answers to it" if lights else "there is no light"
@@ -284,7 +293,17 @@ def make_plan(
         saved=notes.saved,
         skipped=notes.skipped,
     )
-    return plan, lights
+    return plan, lights, lamps
+
+
+def _lamps(
+    lights: Sequence[CompiledLight], geometry: Geometry, senders: NDArray[np.bool_], notes: _Notes
+) -> list[CompiledLight]:
+    """The lamps that reflected and refracted rays can meet; they start on the primitives `senders` (np,) bool."""
+    bounds = bounds_of(geometry, senders)
+    seen = [light for light in lights if not light.is_unseen and can_reach(light, bounds)]
+    why, left = "no size, or out of range of all that mirrors or refracts", len(lights) - len(seen)
+    return seen if left == 0 or notes.spare("lamps", True, why, left) else list(lights)
 
 
 def _useful_lights(

@@ -84,6 +84,13 @@ PRUNINGS = (
         "all that could answer to them is out of their range or behind them",
         "lights",
     ),
+    Pruning(
+        "lamps",
+        "exact",
+        "lamps that rays could meet",
+        "they have no size, or nothing that mirrors or refracts is in their range",
+        "lights",
+    ),
     Pruning("light-linking", "exact if", "who receives which light, and who blocks it", "no light is linked"),
     Pruning("shadows", "exact if", "all shadow rays", "no light casts shadows, or nothing can cast one", "lights"),
     Pruning(

@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
-from .constants import ORIGIN_OFFSET
+from .constants import MISS, ORIGIN_OFFSET
 from .vectors import Array, Index, largest_component, take
 
 NO_BRANCH, REFLECTION, REFRACTION = np.uint8(0), np.uint8(1), np.uint8(2)
+
+CAMERA_RAY, REFLECTED_RAY, TRANSMITTED_RAY = np.uint8(0), np.uint8(1), np.uint8(2)
+"""Kinds of rays: by what bent them last."""
 
 
 @dataclass(eq=False)
@@ -28,7 +31,10 @@ class Rays:
     media             : (rows, n) int32, ranks of the solids that the ray is inside of (see `media`).
     path              : (rows, n) uint32, which reflections and refractions led here (see `signature`, `sampler`), or no
                         rows.
-    camera            : (n,) bool, still a camera ray: it has at most passed straight through surfaces.
+    kind              : (n,) uint8, what bent it last; CAMERA_RAY: it has at most passed straight through surfaces.
+    unlit             : (n,) bool, the light of lamps that comes this way is in the highlight of a surface that it left.
+    receiver          : (rows, n) int32, the primitive that bent it last, whose light it brings; or no rows, where all
+                        lamps light everything.
     branch            : (rows, n) uint8, how it left the first surface: NO_BRANCH for camera rays, REFLECTION or
                         REFRACTION (straight through included); or no rows.
     """
@@ -41,9 +47,16 @@ class Rays:
     passes: NDArray[np.int16]
     t_max: Float32
     media: NDArray[np.int32]
-    camera: NDArray[np.bool_]
+    kind: NDArray[np.uint8]
+    unlit: NDArray[np.bool_]
+    receiver: NDArray[np.int32]
     path: NDArray[np.uint32]
     branch: NDArray[np.uint8]
+
+    @property
+    def camera(self) -> NDArray[np.bool_]:
+        """(n,) bool, still a camera ray."""
+        return self.kind == CAMERA_RAY
 
     def __len__(self) -> int:
         return self.origin.shape[1]
@@ -56,7 +69,8 @@ class Rays:
 
 
 FIELDS = (
-    "origin", "direction", "throughput", "sample", "depth", "passes", "t_max", "media", "camera", "path", "branch",
+    "origin", "direction", "throughput", "sample", "depth", "passes", "t_max", "media", "kind", "unlit", "receiver",
+    "path", "branch",
 )  # fmt: skip
 
 
@@ -76,16 +90,19 @@ def camera_rays(
     media: NDArray[np.int32] | None = None,
     signed: bool = False,
     branched: bool = False,
+    linked: bool = False,
 ) -> Rays:
-    """The first wave. signed, branched: paths and branches are asked for."""
+    """The first wave. signed, branched, linked: paths, branches and receivers are asked for."""
     n = origin.shape[1]
     path = np.zeros((int(signed), n), np.uint32)
     media = np.zeros((0, n), np.int32) if media is None else media
     none = np.zeros(n, np.int16)
     branch = np.full((int(branched), n), NO_BRANCH)
+    kind, receiver = np.full(n, CAMERA_RAY), np.full((int(linked), n), MISS)
     return Rays(
-        origin, direction, np.ones((3, n), np.float32), sample, none, none, t_max, media, np.ones(n, bool), path, branch
-    )
+        origin, direction, np.ones((3, n), np.float32), sample, none, none, t_max, media, kind, np.zeros(n, bool),
+        receiver, path, branch,
+    )  # fmt: skip
 
 
 def origin_offset(point: Float32, extent: Float32) -> Float32:

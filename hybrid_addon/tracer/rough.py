@@ -42,6 +42,7 @@ class Drawn:
     rays, at, t : the hits, and how far along their rays they are.
     coat     : (n,) float32, what the coat reflects, where lobes were drawn.
     is_coat  : (n,) bool, it was the coat.
+    is_rough : (n,) bool, a microfacet was drawn: what was not is a mirror.
     chance   : (n,) float32, of what was drawn; 1 where nothing was.
     """
 
@@ -50,6 +51,7 @@ class Drawn:
     t: Float64
     coat: Float32
     is_coat: Bools
+    is_rough: Bools
     chance: Float32
 
     def share(self, reflected: Float32, transmitted: Float32, bends: Bools) -> tuple[Float32, Float32]:
@@ -90,7 +92,8 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Dr
         at.wo[:, facing], normals[:, facing], roughness[facing] ** 2, redraw, draws.take(facing)
     )
     at = replace(at, n_shading=normals)
-    return Drawn(rays, at, t, np.where(both, coated, np.float32(0)), is_coat & both, chance)
+    is_rough = wide & (roughness > MIRROR_ROUGHNESS)
+    return Drawn(rays, at, t, np.where(both, coated, np.float32(0)), is_coat & both, is_rough, chance)
 
 
 def _repeated(

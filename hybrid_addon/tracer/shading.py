@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from ..scene import Float32
 from .compiled import CompiledScene
+from .constants import MIRROR_ROUGHNESS
 from .interaction import Interaction
-from .layers import ggx_highlight
-from .lights import CompiledLight, Illumination, angular_radius, illuminate
+from .lights import CompiledLight, Illumination, illuminate
+from .ltc import Lobe, ggx_lobe, highlight
 from .occlusion import open_share
 from .scattering import half_way, mirrored, phong, schlick
 from .shadows import TOGETHER, Origins, visible_shares
@@ -34,11 +35,13 @@ class _Receivers:
     """Hits, and what all lights ask of them.
 
     point   : (3, n) float32.   diffuse : (3, n) float32, albedo over pi with its weights.
+    glossy  : rough lobes: which hits have one, its colour (3, m) or (m,), and its shape.
     """
 
     hit: Interaction
     point: Float32
     diffuse: Float32
+    glossy: list[tuple[Index, Float32, Lobe]]
 
 
 def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cut | None = None) -> Float32:
@@ -48,7 +51,9 @@ def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cu
     if plan.ambient:
         _add_ambient(scene, hit, color, radiance, tally)
     if plan.diffuse or plan.specular:
-        receivers = _Receivers(hit, hit.point.astype(np.float32), color * (hit.value("diffuse") * INVERSE_PI))
+        diffuse = color * (hit.value("diffuse") * INVERSE_PI)
+        glossy = _glossy(hit) if plan.specular else []
+        receivers = _Receivers(hit, hit.point.astype(np.float32), diffuse, glossy)
         origins = Origins(scene.geometry, hit)
         # Few hits ask for the shadows of several lights at once: see TOGETHER.
         asked: list[_Lit] = []
@@ -83,7 +88,11 @@ def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, t
     lit = illuminate(light, receivers.point, hit.n_shading, hit.offset)
     arriving = np.asarray(receivers.diffuse * (lit.diffuse * np.float32(light.light.diffuse)), np.float32)
     if scene.plan.specular and light.light.specular != 0:
-        _add_highlight(hit, lit, light, arriving)
+        _add_phong(hit, lit, light, arriving)
+        for index, color, lobe in receivers.glossy:
+            point, normal = take(receivers.point, index), take(hit.n_geometric, index)
+            seen = highlight(light, point, normal, lobe, take(hit.offset, index))
+            add(arriving, index, color * (seen * np.float32(light.light.specular)))
     if light.light.cast_shadow and hit.n_shading is not hit.n_geometric:
         # What casts no shadow, not even on itself, gets no light through its back: a flat one asked for none.
         casts = scene.casts_shadow(light)
@@ -150,36 +159,32 @@ def _add_ambient(scene: CompiledScene, hit: Interaction, color: Float32, radianc
             add(radiance, index, take(weight, rough) * image)
 
 
-def _add_highlight(hit: Interaction, lit: Illumination, light: CompiledLight, arriving: Float32) -> None:
-    """Add the highlight to arriving (3, n): only where a surface has one and faces the light."""
+def _glossy(hit: Interaction) -> list[tuple[Index, Float32, Lobe]]:
+    """The rough lobes of layered surfaces that lamps may light: of the base, then of the coat."""
+    shines = hit.table.layered.take(hit.surface) & hit.has_highlight & (hit.cos_o > 0)
+    shines &= hit.table.shades_specular.take(hit.surface)
+    found = []
+    for name in ("lobe", "coat") if shines.any() else ():
+        weight, roughness = hit.value(name), hit.value(f"{name}_roughness")
+        has_weight = weight != 0 if weight.ndim == 1 else (weight != 0).any(axis=0)
+        index = select(shines & has_weight & (roughness > MIRROR_ROUGHNESS))
+        if count(index, len(shines)):
+            lobe = ggx_lobe(take(hit.wo, index), take(hit.n_shading, index), take(roughness, index))
+            found.append((index, take(weight, index), lobe))
+    return found
+
+
+def _add_phong(hit: Interaction, lit: Illumination, light: CompiledLight, arriving: Float32) -> None:
+    """Add Phong's highlight to arriving (3, n): only where a surface has one and faces the light."""
     table = hit.table
     shines = (lit.specular > 0) & (lit.cosine > 0) & (hit.cos_o > 0)
-    shines &= table.shades_specular.take(hit.surface)
-    layered = table.layered.take(hit.surface)
-    for is_layered in (True, False):
-        index = select(shines & (layered == is_layered))
-        if count(index, len(shines)) == 0:
-            continue
-        cos_i, cos_o = take(lit.cosine, index), take(hit.cos_o, index)
-        sin2_h, wo_h = half_way(take(lit.wi, index), take(hit.wo, index), take(hit.n_shading, index))
-        if is_layered:
-            radius = angular_radius(light.light, None if lit.d2 is None else take(lit.d2, index))
-            color = _layered_lobes(hit, index, (sin2_h, cos_i, cos_o), radius)
-        else:
-            lobe = phong(sin2_h, cos_i, cos_o, wo_h, hit.value("exponent", index))
-            color = schlick(hit.value("specular", index), wo_h) * lobe
-        color *= take(lit.specular, index) * np.float32(light.light.specular)
-        add(arriving, index, color)
-
-
-Angles = tuple[Float32, Float32, Float32]
-"""(n,) each: sin2_h of `half_way`, cosines > 0 between the normal and wi and wo."""
-
-
-def _layered_lobes(hit: Interaction, index: Index, angles: Angles, radius: Float32) -> Float32:
-    """What the hits `index` on layered surfaces reflect of light of 1, of an angular radius (m,): (3, m)."""
-    color = hit.value("lobe", index) * ggx_highlight(*angles, hit.value("lobe_roughness", index), radius)
-    coat = hit.value("coat", index)
-    if coat.any():
-        color += coat * ggx_highlight(*angles, hit.value("coat_roughness", index), radius)
-    return color
+    shines &= table.shades_specular.take(hit.surface) & ~table.layered.take(hit.surface)
+    index = select(shines)
+    if count(index, len(shines)) == 0:
+        return
+    cos_i, cos_o = take(lit.cosine, index), take(hit.cos_o, index)
+    sin2_h, wo_h = half_way(take(lit.wi, index), take(hit.wo, index), take(hit.n_shading, index))
+    lobe = phong(sin2_h, cos_i, cos_o, wo_h, hit.value("exponent", index))
+    color = schlick(hit.value("specular", index), wo_h) * lobe
+    color *= take(lit.specular, index) * np.float32(light.light.specular)
+    add(arriving, index, color)

@@ -55,6 +55,10 @@ class Signatures:
         """Note what rays (n,) hit whose light the raster gives."""
         self.add_hits(rays, prim, entering, np.full(len(rays), BACKED, np.uint32))
 
+    def add_lamp(self, rays: Rays, key: np.uint32) -> None:
+        """Note a lamp that rays (n,) meet, by its key."""
+        self._add(rays, np.full(len(rays), key, np.uint32))
+
     def _add(self, rays: Rays, node: UInt32) -> None:
         counts = flatnonzero(largest_component(rays.throughput) >= self.importance)
         np.add.at(self.values, rays.sample[counts], hash32(rays.path[0, counts] ^ hash32(node[counts])))

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .compiled import CompiledScene
-from .constants import MAX_BRANCHES, MAX_STRAIGHT_PASSES
+from .constants import MAX_BRANCHES, MAX_STRAIGHT_PASSES, MIRROR_ROUGHNESS
 from .interaction import Interaction
-from .rays import NO_BRANCH, REFLECTION, REFRACTION, Rays
+from .rays import NO_BRANCH, REFLECTED_RAY, REFLECTION, REFRACTION, TRANSMITTED_RAY, Rays
 from .rough import roughen
 from .scattering import both_faces, fresnel_dielectric, keep_outside, reflect, refract
 from .signature import REFLECTED, TRANSMITTED, child_path
@@ -27,12 +27,14 @@ class Split:
     """How n hits share out the throughput of their rays.
 
     reflected, transmitted : (3, n) float32, throughput of the new rays.
+    unlit : (n,) bool, the light of lamps that the reflected ray would meet is in the hit's highlight.
     bends : (n,) bool, a transmitted ray is refracted; otherwise it goes straight on and spends no bounce.
     cos_i, eta : (n,) float64, on the shading normal, where it bends.
     """
 
     reflected: Float32
     transmitted: Float32
+    unlit: Bools
     bends: Bools
     cos_i: Float64
     eta: Float64
@@ -48,6 +50,7 @@ def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: S
     split = share_out(scene, rays, at)
     if drawn is not None:
         split.reflected, split.transmitted = drawn.share(split.reflected, split.transmitted, split.bends)
+        split.unlit = at.has_highlight & drawn.is_rough
     reflect_too, transmit_too = _followed(scene, rays, split, sums, tally)
     return children(scene, rays, at, t, split, reflect_too, transmit_too, tally)
 
@@ -96,6 +99,7 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
     return Split(
         reflected=rays.throughput * (at.value("mirror") + at.value("interface_tint") * (interface * fresnel)),
         transmitted=rays.throughput * (tint * (interface * (1 - fresnel))),
+        unlit=at.has_highlight & (at.value("lobe_roughness") > MIRROR_ROUGHNESS),
         bends=bends,
         cos_i=cos_i,
         eta=eta,
@@ -152,10 +156,11 @@ def _within(rays: Rays, weight: Float32, limit: Bools, sums: Sums, weightless: b
 
 
 def _child(
-    rays: Rays, index: Index, origin: Float32, direction: Float32, weight: Float32, kind: np.uint32 = TRANSMITTED
+    rays: Rays, at: Interaction, index: Index, origin: Float32, direction: Float32, weight: Float32, reflects: bool
 ) -> Rays:
     """Rays one bounce deeper, in the same medium."""
-    n = origin.shape[1]
+    n, kind = origin.shape[1], REFLECTED if reflects else TRANSMITTED
+    receiver = np.broadcast_to(take(at.prim, index).astype(np.int32), (len(rays.receiver), n))
     return Rays(
         origin=origin,
         direction=direction,
@@ -165,7 +170,9 @@ def _child(
         passes=take(rays.passes, index),
         t_max=np.full(n, np.inf, np.float32),
         media=take(rays.media, index),
-        camera=np.zeros(n, bool),
+        kind=np.full(n, REFLECTED_RAY if reflects else TRANSMITTED_RAY),
+        unlit=take(rays.unlit, index),
+        receiver=receiver,
         path=child_path(take(rays.path, index), kind),
         branch=_child_branch(take(rays.branch, index), kind),
     )
@@ -183,7 +190,9 @@ def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, tally: T
     if at.n_shading is not at.n_geometric:
         direction = keep_outside(direction, take(at.n_geometric, index), wo)
     tally.add("reflected", direction.shape[1])
-    return _child(rays, index, take(at.outer, index), direction, split.reflected, REFLECTED)
+    child = _child(rays, at, index, take(at.outer, index), direction, split.reflected, True)
+    child.unlit = take(split.unlit, index)
+    return child
 
 
 def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, tally: Tally) -> Rays:
@@ -194,7 +203,7 @@ def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, 
     if at.n_shading is not at.n_geometric:
         direction = keep_outside(direction, -take(at.n_geometric, index), wo)
     tally.add("refracted", direction.shape[1])
-    child = _child(rays, index, at.inner(index), direction, split.transmitted)
+    child = _child(rays, at, index, at.inner(index), direction, split.transmitted, False)
     child.media = scene.media.cross(child.media, take(at.prim, index), take(at.entering, index), tally)
     return child
 
@@ -203,11 +212,11 @@ def _straight(
     scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, t: Float64, tally: Tally
 ) -> Rays:
     """Rays through index-matched surfaces: the same ray goes on behind, and no bounce is spent."""
-    child = _child(rays, index, at.inner(index), take(rays.direction, index), split.transmitted)
+    child = _child(rays, at, index, at.inner(index), take(rays.direction, index), split.transmitted, False)
     child.depth -= np.int16(1)
     child.passes = child.passes + np.int16(1)
     child.t_max = (take(rays.t_max, index) - take(t, index)).astype(np.float32)
-    child.camera = take(rays.camera, index)
+    child.kind, child.receiver = take(rays.kind, index), take(rays.receiver, index)
     child.media = scene.media.cross(child.media, take(at.prim, index), take(at.entering, index), tally)
     tally.add("straight", len(child))
     return child

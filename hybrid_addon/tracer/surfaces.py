@@ -196,13 +196,15 @@ def _with_layers(table: SurfaceTable, low: Fields, high: Fields, layered: Bools)
     sharp = (glossy & (low["roughness"][0] < TRACED_ROUGHNESS)) | (coat & (low["coat_roughness"][0] < TRACED_ROUGHNESS))
     pane = high["pane_ior"][0] != 1
     lit = (glossy & body) | coat | (high["sheen"][0] > 0)
+    mirrors = metal | glossy & body | table.transmits | pane
+    rough = layered & mirrors & (high["roughness"][0] > MIRROR_ROUGHNESS)
+    rough |= layered & coat & (high["coat_roughness"][0] > MIRROR_ROUGHNESS)
     return replace(
         table,
         reflects=table.reflects | layered & (metal | sharp | pane),
-        rough=layered & (high["roughness"][0] > MIRROR_ROUGHNESS) & (metal | glossy | table.transmits | pane)
-        | layered & coat & (high["coat_roughness"][0] > MIRROR_ROUGHNESS),
+        rough=rough,
         shades_ambient=table.shades_ambient | layered & lit,
         shades_diffuse=table.shades_diffuse | layered & (high["sheen"][0] > 0),
-        shades_specular=table.shades_specular | layered & (lit | metal | table.transmits),
+        shades_specular=np.where(layered, rough, table.shades_specular),
         shadow_clear=table.shadow_clear & ~layered,
     )

@@ -105,7 +105,7 @@ def _trace(scene: CompiledScene, watch: _Watch, check: Callable[[], None]) -> No
     tally = Tally()
     with np.errstate(all="ignore"):
         media = scene.media.around_camera(origin, direction, lambda: scene.solids, tally)
-        rays = camera_rays(origin, direction, t_max, pixel, media, True)
+        rays = camera_rays(origin, direction, t_max, pixel, media, True, linked=scene.linked_lamps)
         sums = Sums.zeros(n, 1, scene.settings.cutoff, depth=scene.settings.max_depth)
         trace_rays(scene, [rays], scene.seen_by_camera, sums, tally, check, watch)
 

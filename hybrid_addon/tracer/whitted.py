@@ -20,6 +20,7 @@ from .backing import Backing
 from .compiled import CompiledScene
 from .constants import LONGEST_WAVE, MISS
 from .interaction import Interaction, interact
+from .lamps import add_lamps
 from .primitives import Hits, PrimitiveSet
 from .rays import Rays, concatenate
 from .sampler import Sampler
@@ -88,6 +89,10 @@ def _trace_wave(
     if first_seen is not None:
         # Of the camera rays only those count that meet something the tracer is to show.
         rays, hits, hit = _count_camera_rays(scene, rays, hits, hit, sums)
+
+    # Let them see the lamps that are nearer.
+    if first_seen is None:
+        add_lamps(scene, rays, hits, sums, tally)
 
     # Let the solids absorb their share on the way.
     rays = scene.media.absorbed(rays, hits.t, hit)

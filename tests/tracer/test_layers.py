@@ -9,7 +9,7 @@ from hybrid_addon import expressions as ex
 from hybrid_addon.scene import Expression, Settings, SunLight, Surface, Texture, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.blur import blurred
-from hybrid_addon.tracer.layers import albedos, ggx_highlight, metal_reflectance, reflectance
+from hybrid_addon.tracer.layers import albedos, metal_reflectance, reflectance
 
 WHITE_WORLD = World((1.0, 1.0, 1.0))
 WHITE = {"base_color": (1.0, 1.0, 1.0), "layered": True}
@@ -56,21 +56,6 @@ def test_the_edge_tint_holds_at_82_degrees():
     sums = albedos(cos, np.zeros(1))
     plain = metal_reflectance(np.full((1, 1), 0.5), np.ones((1, 1)), sums)
     assert metal_reflectance(np.full((1, 1), 0.5), edge, sums) == pytest.approx(0.25 * plain, rel=0.03)
-
-
-@pytest.mark.parametrize("roughness", [0.3, 0.6, 1.0])
-def test_the_highlight_is_normalised(roughness):
-    """Its integral over the light's directions is 1, whatever the roughness."""
-    u, v = (np.arange(256) + 0.5) / 256, (np.arange(512) + 0.5) / 512
-    cos_i, phi = np.meshgrid(u, 2 * np.pi * v, indexing="ij")
-    sin_i, cos_o = np.sqrt(1 - cos_i**2), 0.7
-    wi = np.stack([sin_i * np.cos(phi), sin_i * np.sin(phi), cos_i]).reshape(3, -1)
-    wo = np.array([np.sqrt(1 - cos_o**2), 0, cos_o])[:, None]
-    half = wi + wo
-    sin2_h = 1 - half[2] ** 2 / (half**2).sum(0)
-    f32 = [a.astype(np.float32) for a in (sin2_h, wi[2], np.full_like(sin2_h, cos_o), np.full_like(sin2_h, roughness))]
-    total = ggx_highlight(*f32, np.zeros_like(f32[0])).mean() * 2 * np.pi
-    assert total == pytest.approx(1, abs=0.03)
 
 
 def test_a_blurred_environment_keeps_its_mean_and_a_uniform_one_itself():

@@ -116,6 +116,7 @@ def _common_fields(b_object: bpy.types.Object) -> dict[str, Any]:
         "cast_shadow": b_light.use_shadow,
         "diffuse": b_light.diffuse_factor * b_object.visible_diffuse,
         "specular": b_light.specular_factor * b_object.visible_glossy,
+        "transmission": b_light.transmission_factor * b_object.visible_transmission,
     }
 
 

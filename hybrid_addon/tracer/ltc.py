@@ -1,0 +1,224 @@
+"""Highlights of rough surfaces: GGX lobes over lamps that have a shape, by linearly transformed cosines.
+
+A lobe is a clamped cosine that a matrix has stretched and turned (Heitz, Dupuy, Hill and Neubelt 2016, Real-Time
+Polygonal-Light Shading with Linearly Transformed Cosines), and what it sees of a lamp is what the cosine sees of the
+lamp under the inverse matrix: exact for polygons (Lambert 1760), for disks and ellipses that are not cut by the horizon
+(their cone is that of an ellipse whose axes are given by the eigenvectors of its quadric: Heitz 2017), and else by the
+ball of the same form factor (Snyder 1996). EEVEE does the same, so both halves of a picture agree.
+
+The table is our own (tools/fit_ltc.py): the lobe's mean direction as an angle off the mirror's, and the matrix, all
+over alpha.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from ..scene import AreaLight, Float32, Float64, SpotLight, SunLight
+from .constants import LEAST_COSINE, LEAST_LAMP, LTC_FADE
+from .lights import CompiledLight, disk_of_ball, form_factor, range_window, spot_factor
+from .vectors import Array, cross, dot, orthonormal_basis
+
+
+@cache
+def _table() -> Float64:
+    """(4, roughness, cosine): tilt, m11, m22, m13 over alpha; steps of roughness and of sqrt(1 - cosine)."""
+    table: Array = np.load(Path(__file__).with_name("ltc.npy"))
+    return table.astype(np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Lobe:
+    """GGX lobes of n hits, as clamped cosines around the axis `z` of a frame, stretched by m11, m22, m13.
+
+    x, y, z : (3, n) float64 unit vectors.   m11, m22, m13 : (n,) float64.
+    """
+
+    x: Float64
+    y: Float64
+    z: Float64
+    m11: Float64
+    m22: Float64
+    m13: Float64
+
+    def untransformed(self, a: Float64) -> Float64:
+        """Vectors (3, n) where the lobe is a cosine around +Z."""
+        z = dot(self.z, a)
+        return np.stack([(dot(self.x, a) - self.m13 * z) / self.m11, dot(self.y, a) / self.m22, z])
+
+
+def ggx_lobe(wo: Float32, n: Float32, roughness: Float32) -> Lobe:
+    """Lobes of surfaces of normals n (3, n) and a roughness (n,) > 0, seen along wo (3, n)."""
+    normal, eye = n.astype(np.float64), wo.astype(np.float64)
+    cos = np.clip(dot(normal, eye), LEAST_COSINE, 1)
+    across = eye - normal * dot(normal, eye)
+    sin = np.sqrt(dot(across, across))
+    any_tangent, _ = orthonormal_basis(normal)
+    tangent = np.where(sin > LEAST_COSINE, across / np.maximum(sin, LEAST_COSINE), any_tangent)
+    alpha = roughness.astype(np.float64) ** 2
+    tilt, m11, m22, m13 = _look_up(cos, roughness) * alpha
+    # From the mirror's direction, which is as far from the normal as the eye, on the other side.
+    angle = np.arctan2(sin, cos) + tilt
+    sin, cos = np.sin(angle), np.cos(angle)
+    return Lobe(-cos * tangent - sin * normal, cross(normal, tangent), cos * normal - sin * tangent, m11, m22, m13)
+
+
+def _look_up(cos: Float64, roughness: Float32) -> Float64:
+    """(4, n) of the table, bilinear."""
+    table = _table()
+    last = table.shape[1] - 1
+    x, y = np.sqrt(1 - cos) * last, np.clip(roughness, 0, 1).astype(np.float64) * last
+    i, j = np.minimum(x.astype(np.intp), last - 1), np.minimum(y.astype(np.intp), last - 1)
+    u, v = x - i, y - j
+    flat, place = table.reshape(4, -1), j * (last + 1) + i
+    low = flat.take(place, axis=1) * (1 - u) + flat.take(place + 1, axis=1) * u
+    high = flat.take(place + last + 1, axis=1) * (1 - u) + flat.take(place + last + 2, axis=1) * u
+    return np.asarray(low * (1 - v) + high * v)
+
+
+def highlight(
+    light: CompiledLight, point: Float32, n_geometric: Float32, lobe: Lobe, least_distance: Float32
+) -> Float32:
+    """What lobes of albedo 1 reflect of a light of colour 1: (n,) float32, >= 0; without its weight for highlights.
+
+    n_geometric    : (3, n), on the side of the eye.
+    least_distance : (n,), the points' own uncertainty: a light that is nearer counts as this far.
+    """
+    lamp = light.light
+    place = light.position.astype(np.float64)
+    toward = np.broadcast_to(place, point.shape) if isinstance(lamp, SunLight) else place - point
+    d2 = np.maximum(dot(toward, toward), least_distance.astype(np.float64) ** 2)
+    if isinstance(lamp, AreaLight):
+        u, v = (np.array(a, np.float64)[:, None] for a in (lamp.axis_u, lamp.axis_v))
+        radius = np.sqrt(dot(u, u) + dot(v, v))
+        behind = dot(np.array(lamp.direction, np.float64), toward) >= 0
+        seen = _of_area(lobe, toward, u, v, lamp.shape == "ELLIPSE") * ~behind
+    else:
+        seen, radius = _of_disk(lobe, lamp, toward, d2)
+    seen = seen * _facing(toward, d2, radius, n_geometric)
+    if not isinstance(lamp, SunLight) and np.isfinite(lamp.range):
+        seen = seen * range_window(d2, lamp.range)
+    if isinstance(lamp, SpotLight):
+        seen = seen * spot_factor(lamp, point - light.position)
+    return np.asarray(seen, np.float32)
+
+
+def _facing(toward: Float64, d2: Float64, radius: Array, n: Float32) -> Float64:
+    """EEVEE's fading (n,) of lamps that are below the horizon of a surface, where lobes leak: 1 until their upper end
+    is there, 0 from LTC_FADE further (light_attenuation_facing in eevee_light_lib)."""
+    d = np.sqrt(d2)
+    return np.clip((radius / d + dot(n, toward) / d) / LTC_FADE + 1, 0, 1)
+
+
+def _of_area(lobe: Lobe, toward: Float64, u: Float64, v: Float64, is_round: bool) -> Float64:
+    """Share (n,) of the lobe that an area light fills, both sides of it."""
+    center = lobe.untransformed(toward)
+    u, v = (lobe.untransformed(np.broadcast_to(a, toward.shape)) for a in (u, v))
+    if is_round:
+        return ellipse_form_factor(center, u, v)
+    corners = [center - u - v, center + u - v, center + u + v, center - u + v]
+    return form_factor(corners, np.array([[0.0], [0.0], [1.0]]))
+
+
+def _of_disk(lobe: Lobe, lamp: object, toward: Float64, d2: Float64) -> tuple[Float64, Float64]:
+    """Of point, spot and sun: the share of the lobe over pi radius^2, as their colours are intensities or irradiance;
+    and the radius (n,). One too small to tell counts as LEAST_LAMP of its distance."""
+    distance = np.sqrt(d2)
+    if isinstance(lamp, SunLight):
+        radius = np.full(len(d2), max(np.tan(min(lamp.angle, np.pi) / 2), LEAST_LAMP))
+        over = np.pi * radius**2 / (1 + radius**2)
+    else:
+        assert not isinstance(lamp, AreaLight)
+        own = np.maximum(lamp.radius, LEAST_LAMP * distance)  # type: ignore[attr-defined]
+        over = np.pi * own**2
+        radius = own if lamp.soft_falloff else np.where(own < distance, disk_of_ball(1.0, d2 / own**2) * own, own)  # type: ignore[attr-defined]
+    tangent, bitangent = orthonormal_basis(toward / distance)
+    center, u, v = (lobe.untransformed(a) for a in (toward, tangent * radius, bitangent * radius))
+    seen = ellipse_form_factor(center, u, v)
+    if not isinstance(lamp, SunLight) and not lamp.soft_falloff:  # type: ignore[attr-defined]
+        seen = np.where(own < distance, seen, 1.0)  # within a ball all is light
+    return seen / over, radius
+
+
+# ------------------------------------------------------------------------------------------------ disks and ellipses
+
+
+def ellipse_form_factor(center: Float64, u: Float64, v: Float64) -> Float64:
+    """Irradiance over pi radiance (n,), of the normal +Z, from ellipses with conjugate half axes u, v (3, n).
+
+    With unit half axes e1, e2 of lengths a, b, e3 normal to both and the centre at (X, Y, 1) times its distance L to
+    the plane, the cone of the ellipse is dual to D = A^2 e1 e1' + B^2 e2 e2' - C C', A = a / L, B = b / L. The
+    eigenvector of D's only negative eigenvalue, -m, is its axis, and the vector irradiance lies along it and is
+
+        F = pi L1 L2 / sqrt((1 + L1^2) (1 + L2^2)),  L1, L2 the tangents of the cone's half angles,
+
+    with (L1 L2)^2 = (A B)^2 / m^3 and L1^2 + L2^2 = (A^2 + B^2 - |C|^2 + m) / m.
+    """
+    with np.errstate(all="ignore"):
+        e1, e2, a, b = _principal_axes(u, v)
+        e3 = cross(e1, e2)
+        plane = dot(e3, center)
+        e3 *= np.sign(plane)
+        plane = np.abs(plane)
+        x, y = dot(e1, center) / plane, dot(e2, center) / plane
+        aa, bb = (a / plane) ** 2, (b / plane) ** 2
+        m = _negative_eigenvalue(aa, bb, x, y)
+        product = aa * bb / m**3
+        total = np.maximum((aa + bb - (x * x + y * y + 1) + m) / m, 0)
+        form = np.sqrt(product / (1 + total + product))
+        axis = e1 * (x / (aa + m)) + e2 * (y / (bb + m)) + e3 / m
+        axis_z = axis[2] / np.sqrt(dot(axis, axis))
+        seen = ball_form_factor(form, axis_z)
+    return np.where(np.isfinite(seen), seen, 0.0)
+
+
+def _principal_axes(u: Float64, v: Float64) -> tuple[Float64, Float64, Float64, Float64]:
+    """Unit half axes (3, n) of ellipses with conjugate half axes u, v, and their lengths (n,), the longer first.
+
+    They are the eigenvectors of u u' + v v' in the plane of both.
+    """
+    uu, vv, uv = dot(u, u), dot(v, v), dot(u, v)
+    angle = 0.5 * np.arctan2(2 * uv, uu - vv)
+    cos, sin = np.cos(angle), np.sin(angle)
+    first, second = u * cos + v * sin, v * cos - u * sin
+    a, b = np.sqrt(dot(first, first)), np.sqrt(dot(second, second))
+    return first / a, second / b, a, b
+
+
+def _negative_eigenvalue(aa: Float64, bb: Float64, x: Float64, y: Float64) -> Float64:
+    """m > 0, -m the negative eigenvalue of diag(aa, bb, 0) - c c', c = (x, y, 1): (n,) (Smith 1961)."""
+    d11, d22, d33 = aa - x * x, bb - y * y, -1.0
+    mean = (d11 + d22 + d33) / 3
+    off = x * x * y * y + x * x + y * y
+    p2 = ((d11 - mean) ** 2 + (d22 - mean) ** 2 + (d33 - mean) ** 2 + 2 * off) / 6
+    p = np.sqrt(p2)
+    k11, k22, k33 = (d11 - mean) / p, (d22 - mean) / p, (d33 - mean) / p
+    k12, k13, k23 = -x * y / p, -x / p, -y / p
+    det = k11 * (k22 * k33 - k23 * k23) - k12 * (k12 * k33 - k23 * k13) + k13 * (k12 * k23 - k22 * k13)
+    phi = np.arccos(np.clip(det / 2, -1, 1)) / 3
+    return -(mean + 2 * p * np.cos(phi + 2 * np.pi / 3))
+
+
+def ball_form_factor(form: Float64, cos: Float64) -> Float64:
+    """Irradiance over pi radiance (n,) from balls cut by the horizon: (Snyder 1996, Area light sources, sec. 2).
+
+    form : (n,), the squared sine of half the angle that they take up, what they bring from right above.
+    cos  : (n,), of the angle between the normal and their centres.
+    """
+    sin_s = np.sqrt(np.minimum(form, 1))
+    cut = np.abs(cos) < sin_s
+    result = np.where(cos > 0, form * cos, 0.0)
+    if not cut.any():
+        return result
+    cos_s, sin_w = np.sqrt(np.maximum(1 - form, 0)), np.sqrt(np.maximum(1 - cos * cos, LEAST_COSINE**2))
+    sin_g = np.clip(cos_s / sin_w, 0, 1)
+    gamma = np.arcsin(sin_g)
+    cos_g = np.cos(gamma)
+    g = -2 * sin_w * cos_s * cos_g + np.pi / 2 - gamma + sin_g * cos_g
+    h = cos * (cos_g * np.sqrt(np.maximum(form - cos_g**2, 0)) + form * np.arcsin(np.clip(cos_g / sin_s, 0, 1)))
+    part = np.where(cos > 0, np.pi * form * cos + g - h, g + h) / np.pi
+    return np.where(cut, np.maximum(part, 0), result)
