@@ -142,7 +142,7 @@ GERMAN = {
         "Sekunden für ein Bild samt EEVEE; was nicht hineinpasst, entfällt, Samples zuerst. 0 ist ohne Grenze"
     ),
     "Rough Samples": "Samples für Rauheit",
-    "Rays for each reflection and refraction of what is rough; 0 shows the world blurred there, and no objects": (
+    "Rays for each reflection and refraction of what is rough; 0 shows a blurred world, no objects": (
         "Strahlen für jede Spiegelung und Brechung von Rauem; 0 zeigt dort die Welt verschwommen, und keine Objekte"
     ),
     "Occlusion Samples": "Samples für Verdeckung",
