@@ -33,6 +33,9 @@ stability: venv  ## Run the stiff and extreme cases: build/stability/stability.h
 bench: venv  ## Measure what it costs: build/bench/bench.md and .json (ARGS="--only thesis --quick", --help)
 	$(RUN) -m tools.bench $(ARGS)
 
+first-picture: venv  ## EEVEE, Hybrid at its defaults and Cycles on 15 scenes: build/first_picture/first_picture.md, sheets
+	$(RUN) -m tools.first_picture $(ARGS)
+
 lint: venv  ## Style, banned imports, types
 	$(RUN) -m ruff check
 	$(RUN) -m ruff format --check
@@ -61,4 +64,4 @@ clean:  ## Remove what was built and rendered (not $(VENV))
 	rm -rf build dist wheels demo .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find hybrid_addon tests tools -name __pycache__ -prune -exec rm -rf {} +
 
-.PHONY: help demo test test-real pictures stability bench lint format extension extension-local wheels venv clean
+.PHONY: help demo test test-real pictures stability bench first-picture lint format extension extension-local wheels venv clean

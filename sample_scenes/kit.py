@@ -64,9 +64,14 @@ def camera(location, target, lens, name="Camera", near=0.05):
     data = bpy.data.cameras.new(name)
     data.lens, data.clip_start, data.clip_end = lens, near, 200.0
     obj = shapes.link(bpy.data.objects.new(name, data))
+    bpy.context.scene.camera = aim(obj, location, target)
+    return obj
+
+
+def aim(obj, location, target):
+    """Put `obj` there, its -Z, where cameras and lamps look, towards `target`."""
     obj.location = location
     obj.rotation_euler = (Vector(target) - Vector(location)).to_track_quat("-Z", "Y").to_euler()
-    bpy.context.scene.camera = obj
     return obj
 
 
@@ -77,6 +82,33 @@ def lamp(name, location, watts, colour=(1.0, 1.0, 1.0), radius=0.02):
     obj = shapes.link(bpy.data.objects.new(name, data))
     obj.location = location
     return obj
+
+
+def softbox(name, location, target, watts, size, colour=(1.0, 1.0, 1.0), round_=False):
+    """An area light; `size` is one number or (across, up); `round_`: a disk instead of a square, an ellipse."""
+    square = isinstance(size, (int, float))
+    data = bpy.data.lights.new(name, "AREA")
+    data.energy, data.color = watts, colour
+    data.shape = ("DISK" if round_ else "SQUARE") if square else ("ELLIPSE" if round_ else "RECTANGLE")
+    data.size, data.size_y = (size, size) if square else size
+    return aim(shapes.link(bpy.data.objects.new(name, data)), location, target)
+
+
+def sun(name, location, target, strength, colour=(1.0, 1.0, 1.0)):
+    """A sun that shines from `location` towards `target`, half a degree wide."""
+    data = bpy.data.lights.new(name, "SUN")
+    data.energy, data.color = strength, colour
+    return aim(shapes.link(bpy.data.objects.new(name, data)), location, target)
+
+
+def grey_world(colour):
+    """A world of one colour."""
+    data = bpy.data.worlds.new("World")
+    if not data.node_tree:
+        data.use_nodes = True
+    next(n for n in data.node_tree.nodes if n.type == "BACKGROUND").inputs["Color"].default_value = (*colour, 1.0)
+    bpy.context.scene.world = data
+    return data
 
 
 def world(picture, strength):
@@ -141,6 +173,10 @@ SOCKETS = {
     "roughness": "Roughness",
     "ior": "IOR",
     "transmission": "Transmission Weight",
+    "coat": "Coat Weight",
+    "coat_roughness": "Coat Roughness",
+    "subsurface": "Subsurface Weight",
+    "subsurface_scale": "Subsurface Scale",
     "emission": "Emission Color",
     "strength": "Emission Strength",
 }
@@ -163,9 +199,29 @@ def material(name, image=None, **values):
     return mat
 
 
-def glass(name="Glass", ior=1.5, colour=(1.0, 1.0, 1.0)):
-    """Clear glass, for EEVEE, Cycles and the tracer alike."""
-    return material(name, colour=colour, roughness=0.0, ior=ior, transmission=1.0)
+def glass(name="Glass", ior=1.5, colour=(1.0, 1.0, 1.0), roughness=0.0):
+    """Clear glass, frosted with a roughness, for EEVEE, Cycles and the tracer alike."""
+    return material(name, colour=colour, roughness=roughness, ior=ior, transmission=1.0)
+
+
+def node(mat, kind, inputs=(), **values):
+    """A node more in `mat`: `inputs` are {socket: value or output of another node}, `values` its properties."""
+    new = mat.node_tree.nodes.new(kind)
+    for key, value in values.items():
+        setattr(new, key, value)
+    plug(mat, new, dict(inputs))
+    return new
+
+
+def plug(mat, node, inputs):
+    """Set or link sockets of a node; "Principled" is the material's shader."""
+    if node == "Principled":
+        node = next(n for n in mat.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    for key, value in inputs.items():
+        if isinstance(value, bpy.types.NodeSocket):
+            mat.node_tree.links.new(value, node.inputs[key])
+        else:
+            node.inputs[key].default_value = value
 
 
 # ------------------------------------------------------------------------------------------------ counting, saving

@@ -14,17 +14,19 @@ import bathroom
 import cornell
 import kit
 import still_life
+import studio
 
 SCENES = {
     "cornell_box": cornell.cornell_box,
     "simple": still_life.simple,
     "intermediate": still_life.intermediate,
     "complex": bathroom.complex_scene,
+    "studio": studio.studio,
 }
 
 
 def main():
-    """Build what was asked for; all four by default."""
+    """Build what was asked for; all of them by default."""
     parser = argparse.ArgumentParser(description="Build the sample scenes.")
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"one of {', '.join(SCENES)}; all by default")
     parser.add_argument("--output", type=Path, default=Path(__file__).resolve().parent, help="folder for the files")

@@ -115,6 +115,7 @@ def lathe(name, profile, segments, mat, at=(0, 0, 0)):
     A profile that runs from the axis to the axis gives a closed skin of 2 x segments x (points - 2) triangles.
     """
     points = [(r, 0.0, z) for r, z in profile]
+    area = sum((b[0] - a[0]) * (a[1] + b[1]) / 2 for a, b in zip(profile, [*profile[1:], profile[0]], strict=True))
     data = bpy.data.meshes.new(name)
     data.from_pydata(points, [(i, i + 1) for i in range(len(points) - 1)], [])
     data.materials.append(mat)
@@ -129,7 +130,7 @@ def lathe(name, profile, segments, mat, at=(0, 0, 0)):
         use_merge_vertices=True,
         merge_threshold=1e-5,
         use_smooth_shade=True,
-        use_normal_calculate=True,
+        use_normal_flip=bool(area < 0),  # outwards: Screw's own choice fails for some
     )
     return obj
 
@@ -235,3 +236,59 @@ def quad(name, size, triangles, mat, at=(0, 0, 0), tiles=1.0):
     uv = np.array([p for points in lines for p in points])
     flat = (uv - 0.5) * np.asarray(size)
     return mesh(name, np.column_stack([flat, np.zeros(len(flat))]), faces, mat, uv=uv * tiles, at=at)
+
+
+def backdrop(name, mat, wide=14.0, near=-7.0, far=3.0, high=6.0, bend=1.6):
+    """A photographer's sweep: a floor that bends up into a wall."""
+    angle = np.linspace(0, np.pi / 2, 25)
+    bow = np.column_stack([far - bend + bend * np.sin(angle), bend - bend * np.cos(angle)])
+    profile = np.vstack([(near, 0.0), bow, (far, high)])
+    rings = [[(x, y, z) for y, z in profile] for x in (-wide / 2, wide / 2)]
+    return loft(name, rings, mat, closed=False, caps=False)
+
+
+def brilliant(name, radius, mat, at=(0, 0, 0), table=0.56, crown=34.5, pavilion=40.75):
+    """A round brilliant of 57 facets and a girdle of 64, cut by planes as a cutter does; its point is at `at`.
+
+    table : radius of the table's corners against the girdle's; crown, pavilion : tilt of the main facets in degrees.
+    """
+    import bmesh  # only importable next to bpy
+
+    half = 0.02  # of the girdle's height
+    chord = math.cos(math.pi / 16)
+    top = half + (1 - table) * math.tan(math.radians(crown))
+    cuts = [(0.0, 0.0, 0.0, top)]  # (tilt from the axis, azimuth, and a point of the plane: distance, height)
+    for k in range(8):
+        a = k * math.pi / 4
+        cuts.append((math.radians(crown), a, 1.0, half))
+        cuts.append((math.radians(crown - 13), a + math.pi / 8, table * math.cos(math.pi / 8), top))
+        cuts.append((math.pi - math.radians(pavilion), a, 1.0, -half))
+        for side in (-1, 1):
+            cuts.append((math.radians(crown + 6.5), a + side * math.pi / 16, chord, half))
+            cuts.append((math.pi - math.radians(pavilion + 1.3), a + side * math.pi / 16, chord, -half))
+    cuts += [(math.pi / 2, (k + 0.5) * math.pi / 32, 1.0, 0.0) for k in range(64)]
+    stone = bmesh.new()
+    bmesh.ops.create_cube(stone, size=4.0)
+    for tilt, azimuth, distance, height in cuts:
+        across = (math.cos(azimuth), math.sin(azimuth))
+        bmesh.ops.bisect_plane(
+            stone,
+            geom=[*stone.verts, *stone.edges, *stone.faces],
+            dist=1e-6,
+            plane_co=(distance * across[0], distance * across[1], height),
+            plane_no=(math.sin(tilt) * across[0], math.sin(tilt) * across[1], math.cos(tilt)),
+            clear_outer=True,
+        )
+        bmesh.ops.holes_fill(stone, edges=[edge for edge in stone.edges if edge.is_boundary])
+    bmesh.ops.remove_doubles(stone, verts=stone.verts, dist=1e-4)
+    bmesh.ops.recalc_face_normals(stone, faces=stone.faces)
+    bmesh.ops.scale(stone, vec=(radius,) * 3, verts=stone.verts)
+    low = min(vertex.co.z for vertex in stone.verts)
+    bmesh.ops.translate(stone, vec=(0, 0, -low), verts=stone.verts)
+    data = bpy.data.meshes.new(name)
+    stone.to_mesh(data)
+    stone.free()
+    data.materials.append(mat)
+    obj = link(bpy.data.objects.new(name, data))
+    obj.location = at
+    return obj

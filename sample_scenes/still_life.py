@@ -41,7 +41,7 @@ def _set(floor_triangles):
     return floor
 
 
-def _wine_glass(mat, at):
+def wine_glass(mat, at):
     """A thin-walled glass with a solid stem: one closed skin."""
     profile = shapes.sampled(WINE_GLASS, GLASS_POINTS)
     profile[[0, -1], 0] = 0.0
@@ -52,7 +52,7 @@ def simple():
     """An opaque wine glass on a chequered quad; the glass alone is ray traced."""
     kit.new_scene("Simple")
     enamel = kit.material("Enamel", colour=(0.55, 0.045, 0.06), roughness=0.18)
-    kit.flag(_wine_glass(enamel, (0.0, 0.0, -0.001)), reflectivity=0.0, opacity=1.0)
+    kit.flag(wine_glass(enamel, (0.0, 0.0, -0.001)), reflectivity=0.0, opacity=1.0)
     _set(kit.fill(SIMPLE_TRIANGLES, 2, 40))
     kit.camera((0.35, -4.6, 1.95), (0.12, 0.0, 1.02), 45.0)
 
@@ -95,7 +95,7 @@ def intermediate():
     kit.flag(head, reflectivity=0.15, opacity=1.0)
     kit.spin(head)
 
-    clear = _wine_glass(kit.glass("Clear glass", ior=1.5), (-1.12, -1.65, -0.001))
+    clear = wine_glass(kit.glass("Clear glass", ior=1.5), (-1.12, -1.65, -0.001))
     kit.flag(clear)
     _set(kit.fill(INTERMEDIATE_TRIANGLES, 2, 1200))
     kit.camera((0.1, -7.6, 2.35), (0.1, 0.0, 0.98), 47.0)

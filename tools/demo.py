@@ -24,7 +24,7 @@ from hybrid_addon.blender import cli, images  # noqa: E402
 def main() -> int:
     """Render, write, and say where everything is."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("scene", nargs="?", type=Path, default=ROOT / "sample_scenes" / "intermediate.blend")
+    parser.add_argument("scene", nargs="?", type=Path, default=ROOT / "sample_scenes" / "studio.blend")
     parser.add_argument("--output", type=Path, default=ROOT / "demo")
     parser.add_argument("--resolution", type=cli.resolution, default=(480, 360))
     parser.add_argument("--samples", type=int, default=9)

@@ -16,6 +16,7 @@ import bpy
 import numpy as np
 
 from ..clock import Clock
+from ..report.ended import ended_warnings
 from ..report.frame import frame_report
 from ..scene import Film, Float32, Raster
 from . import abort, evaluated, keep, layers, pipeline, raster, results, retrace, shadows
@@ -169,7 +170,12 @@ def trace_frame(
         film=film,
         counts=translation.counts,
         time=timing,
-        warnings=[*scene_warnings(scene), *translation.warnings, *budget_warnings(scene, timing, film)],
+        warnings=[
+            *scene_warnings(scene),
+            *translation.warnings,
+            *budget_warnings(scene, timing, film),
+            *ended_warnings(film.ended, settings, traced_scene.names, float(np.mean(mask != 0)) if mask.size else 0.0),
+        ],
         skipped=[*notes, *left.skipped()],
     )
     return results.Frame(window, drawn, mask, traced, report, data_passes(scene, film, mask)), film

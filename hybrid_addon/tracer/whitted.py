@@ -19,6 +19,8 @@ from .accel import traceable
 from .backing import Backing
 from .compiled import CompiledScene
 from .constants import LONGEST_WAVE, MISS
+from .crossings import with_sides
+from .frosted import add_through
 from .interaction import Interaction, interact
 from .lamps import add_lamps
 from .primitives import Hits, PrimitiveSet
@@ -115,6 +117,7 @@ def _trace_wave(
     at = interact(scene.geometry, scene.surfaces, found, rays_hit)
     at = resolve(scene.geometry, at, found.t)
     at.media = None if scene.media.shadow_absorption is None else rays_hit.media
+    at = with_sides(scene.geometry, scene.media, rays_hit, at, found.t)
     at.lit = None if sums.signatures is None else np.zeros(len(rays_hit), np.uint32)
     at.draws = None if sampler is None else sampler.draws(rays_hit.sample, rays_hit.path)
 
@@ -122,6 +125,9 @@ def _trace_wave(
     add_light(scene, rays_hit, at, sums, tally)
     if sums.signatures is not None and at.lit is not None:
         sums.signatures.add_hits(rays_hit, at.prim, at.entering, at.lit)
+
+    if scene.plan.rough and scene.plan.specular:
+        add_through(scene, rays_hit, at, sums, tally)
 
     # Spawn at most one reflected and one transmitted ray from each hit.
     children = concatenate(spawn(scene, rays_hit, at, found.t, sums, tally))

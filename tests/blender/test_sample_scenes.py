@@ -12,12 +12,16 @@ import bmesh  # noqa: E402  (only importable next to bpy)
 pytestmark = pytest.mark.blender
 
 FOLDER = Path(__file__).resolve().parents[2] / "sample_scenes"
-TRIANGLES = {"cornell_box": 19_248, "simple": 19_625, "intermediate": 128_232, "complex": 82_778}
+TRIANGLES = {"cornell_box": 19_248, "simple": 19_625, "intermediate": 128_232, "complex": 82_778, "studio": 68_798}
 FLAGGED = {
     "cornell_box": {"Left sphere", "Right sphere", "Mirror wall"},
     "simple": {"Wine glass"},
     "intermediate": {"Reflective sphere", "Half transparent sphere", "Dragon", "Head", "Wine glass"},
-}
+    "studio": {
+        "Plinth", "Bottle", "Liquid", "Stopper", "Frosted slab", "Copper ball", "Lacquered ball", "Chrome ball",
+        "Glass ball", "Diamond",
+    },
+}  # fmt: skip
 CUSTOM = {  # (reflectivity, opacity, ior or None)
     ("cornell_box", "Left sphere"): (0.5, 0.5, 1.5),
     ("cornell_box", "Right sphere"): (1.0, 1.0, None),
@@ -34,19 +38,23 @@ MOVING = {
     "simple": {"Moving light"},
     "intermediate": {"Moving light", "Reflective sphere", "Half transparent sphere", "Head"},
     "complex": {"Cabin light", "Window light"},
+    "studio": set(),
 }
 LIGHTS = {
     "cornell_box": {"Ceiling light", "Fill light"},
     "simple": {"Fixed light", "Moving light"},
     "intermediate": {"Fixed light", "Moving light"},
     "complex": {"Cabin light", "Window light"},
+    "studio": {"Key", "Side", "Halo", "Bar"},
 }
 TRANSPARENT = {  # light passes through these: their skin must be closed and face outwards
     "cornell_box": {"Left sphere"},
     "simple": {"Wine glass"},
     "intermediate": {"Half transparent sphere", "Wine glass"},
     "complex": {"Tumbler", "Dispenser", "Flask 0", "Flask 1", "Shelf 0", "Shelf 1"},
+    "studio": {"Bottle", "Liquid", "Frosted slab", "Glass ball", "Diamond"},
 }
+NOT_CLEAR_GLASS = {"Liquid": (1.36, 0.0), "Frosted slab": (1.45, 0.32), "Diamond": (2.42, 0.0)}  # IOR and roughness
 
 
 @pytest.fixture(scope="module", params=sorted(TRIANGLES))
@@ -101,7 +109,7 @@ def test_the_custom_surfaces_have_their_values(name):
             assert settings.ior == pytest.approx(ior)
 
 
-def test_what_is_glass_from_its_material_is_clear_glass(name):
+def test_what_is_glass_from_its_material_is_clear_glass_but_what_is_named(name):
     for key in TRANSPARENT[name]:
         obj = bpy.data.objects[key]
         if obj.hybrid.surface == "CUSTOM":
@@ -109,8 +117,11 @@ def test_what_is_glass_from_its_material_is_clear_glass(name):
             continue
         inputs = obj.data.materials[0].node_tree.nodes["Principled BSDF"].inputs
         assert inputs["Transmission Weight"].default_value == 1.0
-        assert inputs["IOR"].default_value in (pytest.approx(1.45), pytest.approx(1.5))
-        assert inputs["Roughness"].default_value == 0.0
+        values = inputs["IOR"].default_value, inputs["Roughness"].default_value
+        if key in NOT_CLEAR_GLASS:
+            assert values == pytest.approx(NOT_CLEAR_GLASS[key])
+        else:
+            assert values in (pytest.approx((1.45, 0.0)), pytest.approx((1.5, 0.0)))
 
 
 def test_solids_face_outwards_and_transparent_ones_are_closed(name):
@@ -163,6 +174,24 @@ def test_every_picture_is_packed_and_nothing_is_linked():
         if image.source == "FILE":
             assert image.packed_file is not None, image.name
     assert not bpy.data.libraries
+
+
+def test_the_softboxes_have_each_another_shape_and_the_bar_is_long_and_thin(name):
+    if name != "studio":
+        pytest.skip("the studio's")
+    lamps = {obj.name: obj.data for obj in bpy.data.objects if obj.type == "LIGHT"}
+    shapes = {key: lamp.shape for key, lamp in lamps.items()}
+    assert shapes == {"Key": "SQUARE", "Side": "RECTANGLE", "Halo": "DISK", "Bar": "RECTANGLE"}
+    assert lamps["Bar"].size > 40 * lamps["Bar"].size_y
+
+
+def test_the_diamond_is_a_brilliant(name):
+    if name != "studio":
+        pytest.skip("the studio's")
+    facets = bpy.data.objects["Diamond"].data.polygons
+    girdle = [facet for facet in facets if abs(facet.normal.z) < 1e-3]
+    assert (len(facets) - len(girdle), len(girdle)) == (57, 64)  # a table, 32 crown and 24 pavilion facets
+    assert not any(facet.use_smooth for facet in facets)
 
 
 def test_the_file_is_small(name):
