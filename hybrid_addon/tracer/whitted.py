@@ -126,9 +126,6 @@ def _trace_wave(
     if sums.signatures is not None and at.lit is not None:
         sums.signatures.add_hits(rays_hit, at.prim, at.entering, at.lit)
 
-    if scene.plan.rough and scene.plan.specular:
-        add_through(scene, rays_hit, at, sums, tally)
-
     # Spawn at most one reflected and one transmitted ray from each hit.
     children = concatenate(spawn(scene, rays_hit, at, found.t, sums, tally))
     if watch is not None:
@@ -249,7 +246,8 @@ def add_backed(
 
 
 def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tally: Tally) -> None:
-    """Add what the hits of the rays emit, and the light that they get from the lights and the world."""
+    """Add what the hits of the rays emit, and the light that they get from the lights and the world, rough glass also
+    from behind."""
     table = at.table
     if scene.plan.emission:
         glowing = select(table.emits.take(at.surface))
@@ -270,6 +268,8 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tal
                 sums.add_residual(sample[lost], largest_component(weight[:, lost]))
             if at.lit is not None and seen.lit is not None:
                 at.lit[shaded] = seen.lit
+    if scene.plan.rough and scene.plan.specular:
+        add_through(scene, rays, at, sums, tally)
 
 
 def _cut_light(weight: Float32, sample: NDArray[np.intp], sums: Sums, share: Float32) -> NDArray[np.intp]:
