@@ -56,6 +56,9 @@ LIGHT_BUDGET = 1 / 16
 FAINT_LIGHT = 1 / 256
 """And of that, what one hit may lose. Most hits on glass and mirrors are this far from their highlights' peaks."""
 
+MAX_HIDDEN_FACES = 256
+"""A ray looks through at most so many back faces that are not there; the next one is."""
+
 MAX_SHADOW_CROSSINGS = 64
 """A shadow ray crosses at most so many non-opaque surfaces; then it counts as blocked."""
 
