@@ -111,8 +111,9 @@ another."""
 PUSHES = 8
 """So often an origin is moved on at most; of more surfaces, each just behind the other, one may be lost."""
 
-MOST_NEAR = 1 << 20
-"""If more pairs of triangles come near one another, none is looked at: finding them would take minutes."""
+MOST_NEAR, MOST_ASKED = 1 << 22, 1 << 26
+"""If more pairs of triangles come near one another, 64 MB of them, or so many had to be compared, some seconds, none is
+looked at when rays hit them."""
 
 RANK_BITS = 22
 """Of the 32 bits of a row of media those that tell the solid: 4 million. The others tell how often a ray is inside of
