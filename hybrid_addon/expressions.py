@@ -34,11 +34,13 @@ class Hits(Protocol):
         """RGBA (4, n) at texture coordinates (2 or 3, n), or at the texture's own UV map for None."""
 
     def attribute(self, key: str) -> Array:
-        """(width, n): "position", "normal", "incoming", "backfacing" or "cosine" (of the view angle) of the hits, or
-        interpolated data of the mesh's corners; 0 where the mesh has none."""
+        """(width, n): "position", "normal" (on the side of the eye), "interpolated_normal" (the same, as long as
+        interpolation between the corners leaves it), "incoming", "backfacing" or "cosine" (of the view angle) of the
+        hits, or interpolated data of the mesh's corners; 0 where the mesh has none."""
 
     def gradient(self, value: Callable[[Any], Array]) -> Array:
-        """(3, n): how a number grows along the surface, for each metre; `value` works it out at given hits."""
+        """(3, n): how a number grows along the surface, for each metre, less than 0 seen from the inner side; `value`
+        works it out at given hits."""
 
 
 # ------------------------------------------------------------------------------------------------ operations
@@ -105,12 +107,13 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def _normal_map(color: Array, strength: Array, tangent: Array, normal: Array) -> Array:
-    """Tangent space; a tangent (4, n) has the sign of the bitangent in its last row."""
+    """Tangent space; a tangent (4, n) has the sign of the bitangent in its last row. The strength tilts, as in EEVEE's
+    node_normal_map; tangent and normal are as interpolation leaves them (MikkTSpace), not made unit."""
     x, y, z = 2 * three(color) - 1
+    x, y, z = x * strength[0], y * strength[0], _mix(np.clip(strength[0], 0, 1), np.ones_like(z), z)
     bitangent = tangent[3] * _cross(normal, tangent[:3])
-    mapped = _normalize(tangent[:3] * x + bitangent * y + normal * z)
-    mapped = np.where((tangent[:3] != 0).any(axis=0), mapped, normal)
-    return _normalize(_mix(np.maximum(strength, 0), normal, mapped))
+    mapped = tangent[:3] * x + bitangent * y + normal * z
+    return _normalize(np.where((tangent[:3] != 0).any(axis=0), mapped, normal))
 
 
 def _bump(gradient: Array, strength: Array, distance: Array, normal: Array) -> Array:

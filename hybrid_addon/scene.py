@@ -421,6 +421,11 @@ class Scene:
     world: World = field(default_factory=World)
     raster: Raster | None = None
 
+    @property
+    def names(self) -> list[str]:
+        """Of all objects: instances, then spheres, then planes."""
+        return [*(i.name for i in self.instances), *(s.name for s in self.spheres), *(p.name for p in self.planes)]
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -429,7 +434,8 @@ class Settings:
     samples       : camera rays for each pixel; 1 = one ray, not filtered (as EEVEE's one sample).
     max_depth     : number of bounces after the camera ray; 0 = local shading only.
     cutoff        : throughput that each camera sample may lose to rays that are not followed because they would bring
-                    little, the smallest first; 0 = follow all. What is lost is in the residual.
+                    little, the smallest first; 0 = follow all. What is lost is in the residual. A sample becomes no
+                    more than 256 rays, or 1 / cutoff if that is more: some of the lightest then stand for the others.
     filter_radius : of the pixel filter in pixels (Blender's Filter Size, EEVEE's Gaussian).
     see           : "FLAGGED": camera rays see `ray_traced` objects only (hybrid); "RASTER": everything else and the
                     world; "ALL": both.
@@ -501,6 +507,9 @@ class Film:
     passes     : the passes that were asked for, by name: (height, width) or (height, width, 3) float32. Those of
                  light are means as radiance is.
     hits       : of secondary rays: "backed" by the raster, or "not_backed"; 0 both where nothing could be.
+    ended      : what is missing because rays ended early: the share of the samples that lost more than `least` of their
+                 light, what these lost in the mean, the mean radiance of what is around, what the cutoff took, and for
+                 each object, by its number in `Scene.names`, the throughput that Max Bounces ended there.
     """
 
     radiance: Float32
@@ -516,3 +525,4 @@ class Film:
     shadow: Float32 | None = None
     caustic: Float32 | None = None
     hits: dict[str, int] = field(default_factory=dict)
+    ended: dict[str, object] = field(default_factory=dict)

@@ -37,6 +37,17 @@ def test_errors_of_a_known_difference():
     assert (e["pixels"], e["nonfinite"]) == (200, 0)
 
 
+def test_what_is_brighter_than_white_shows_as_white():
+    target = np.full((10, 20, 3), 0.5)
+    target[0] = 1000
+    picture = target.copy()
+    picture[0] = 900
+    assert metrics.error(picture, target, REGION)["rmse"] > 10
+    assert metrics.error(picture, target, REGION)["rmse_shown"] == 0
+    picture[0] = 0.7
+    assert metrics.error(picture, target, REGION)["rmse_shown"] == pytest.approx(0.3 * math.sqrt(0.1))
+
+
 def test_only_the_region_counts_and_what_is_not_finite_is_counted():
     target = np.zeros((10, 20, 3))
     picture = target.copy()
@@ -64,8 +75,9 @@ def test_how_many_pixels_decide_the_rmse():
     assert metrics.deciding(target, target, REGION) == 0
     assert metrics.deciding(target + 0.1, target, REGION) == pytest.approx(200)
     picture = target + 0.01
-    picture[3, 4] = 50  # a highlight
-    assert metrics.deciding(picture, target, REGION) == pytest.approx(1, abs=1e-3)
+    picture[3, 4] = 50  # a highlight: it shows as 1
+    decide = (1 + 199e-4) ** 2 / (1 + 199e-8)
+    assert metrics.deciding(picture, target, REGION) == pytest.approx(decide)
 
 
 def test_errors_by_region_are_those_of_the_region():
@@ -218,14 +230,14 @@ def test_error_falls_with_samples_bounces_and_cutoff(swept):
 def test_points_within_the_noise_make_no_slope_and_no_front_and_the_reason_is_told(swept):
     axes, deep, single, points, _ = swept
     clear = [p.clear for p in points]
-    assert clear == [p.rmse > CLEAR * deep.floor["all"]["rmse"] for p in points]
-    noisy = replace(deep, floor={name: {**e, "rmse": 1e3} for name, e in deep.floor.items()})
+    assert clear == [p.shown > CLEAR * deep.floor["all"]["rmse_shown"] for p in points]
+    noisy = replace(deep, floor={name: {**e, "rmse_shown": 1e3} for name, e in deep.floor.items()})
     found = verdicts.slopes(points, noisy, single, axes)
     assert found["aa_all"].fit is None
     assert "0 of 3 points stand clear" in found["aa_all"].why
     assert found["depth"].fit is not None  # it has nothing to do with the reference
     hidden = [replace(p, clear=False) for p in points]
-    assert verdicts.front([1.0] * len(points), [p.rmse for p in points], [p.clear for p in hidden]) == []
+    assert verdicts.front([1.0] * len(points), [p.shown for p in points], [p.clear for p in hidden]) == []
     assert "beaten by one whose error is within" in verdicts.no_front([], points, deep)
     assert verdicts.no_front([0], points, deep) == ""
     assert "no error is larger than 3 x the noise" in verdicts.no_front([], hidden, noisy)
@@ -262,7 +274,7 @@ def test_the_reference_takes_the_samples_that_there_is_time_for(swept):
 
 
 def test_settings_more_exact_than_the_noise_are_not_worth_more_time():
-    entries = [{"max_depth": d, "cutoff": 0.0, "seconds": d, "rmse": 10.0**-d} for d in (1, 2, 3, 4, 5)]
+    entries = [{"max_depth": d, "cutoff": 0.0, "seconds": d, "rmse_shown": 10.0**-d} for d in (1, 2, 3, 4, 5)]
     assert promising(entries, at_most=9) == [(d, 0.0) for d in (1, 2, 3, 4, 5)]
     assert promising(entries, noise=2e-2, at_most=9) == [(1, 0.0), (2, 0.0), (3, 0.0)]
 
@@ -278,7 +290,7 @@ def test_a_picture_is_not_compared_with_itself(swept):
     """The reference has samples of its own: its seeds are not the render's."""
     _, deep, _, points, _ = swept
     assert deep.noise() > 0
-    assert min(p.rmse for p in points) > deep.noise() / 10
+    assert min(p.shown for p in points) > deep.noise() / 10
 
 
 def test_combinations_leave_out_adaptive_sampling_where_it_does_nothing():

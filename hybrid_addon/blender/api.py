@@ -110,7 +110,7 @@ def render(
     rough_samples: int | None = None,
     occlusion_samples: int | None = None,
     occlusion_distance: float | None = None,
-    traced_shadows: bool | None = None,
+    traced_shadows: str | bool | None = None,
     caustics: str | None = None,
     photons: int | None = None,
     raster_backed: bool | None = None,
@@ -122,9 +122,9 @@ def render(
     """Render one frame through Blender's own pipeline, exactly as F12 does, and return it.
 
     What is given overrides the scene's setting for this render only; a scene that is not enabled is for its duration.
-    mode: "hybrid", "raster" or "full". preset: "draft", "final" or "reference"; values beside it win. camera: instead
-    of the scene's and its markers'. Raises HybridError (one line) for what cannot be rendered, RuntimeError if the
-    render itself failed or was cancelled.
+    mode: "hybrid", "raster" or "full". preset: "draft", "final" or "reference"; values beside it win. traced_shadows:
+    "auto", "off" or "on"; True is on, False off. camera: instead of the scene's and its markers'. Raises HybridError
+    (one line) for what cannot be rendered, RuntimeError if the render itself failed or was cancelled.
     """
     scene = scene or bpy.context.scene
     overrides = {
@@ -181,6 +181,9 @@ def retrace(
 
 def _given(**settings: Any) -> dict[str, Any]:
     """The settings that are not None; names of choices as properties have them."""
+    shadows = settings.get("traced_shadows")
+    if isinstance(shadows, bool):
+        settings["traced_shadows"] = "ON" if shadows else "OFF"
     return {name: v.upper() if isinstance(v, str) else v for name, v in settings.items() if v is not None}
 
 

@@ -1,7 +1,8 @@
 """The same file through Cycles, kept inside what a Whitted tracer does: a renderer that is not ours to compare with.
 
-No diffuse bounces, lights without size, sharp reflections, no clamping, no roulette, EEVEE's pixel filter. Surfaces
-with Custom values, which Cycles does not know, get a material that says the same. The open file is changed for good.
+No diffuse bounces, no clamping, no roulette, EEVEE's pixel filter; lamps are seen in mirrors and through glass, with
+their size, but not by the camera, as in EEVEE. Surfaces with Custom values, which Cycles does not know, get a material
+that says the same. The open file is changed for good.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from . import images, pipeline
 from .errors import HybridError
 from .sync.settings import CustomSurface, custom_surface
 
-HOW = "Cycles' Whitted subset of the same file: no diffuse bounces, lights without size, sharp, nothing clamped"
+HOW = "Cycles' Whitted subset of the same file: the same lamps and roughness, no diffuse bounces, nothing clamped"
 
 
 def whitted_subset(b_scene: bpy.types.Scene, scene: Scene, max_depth: int) -> None:
@@ -42,9 +43,9 @@ def whitted_subset(b_scene: bpy.types.Scene, scene: Scene, max_depth: int) -> No
     surfaces = {i.name: [scene.surfaces[s] for s in i.surfaces] for i in scene.instances if i.ray_traced}
     for b_object in b_scene.objects:
         if b_object.type == "LIGHT":
-            _shrink(b_object.data)
+            b_object.visible_camera = False
     for b_object in flagged:
-        _sharpen(b_object, surfaces.get(b_object.name, []))
+        _say_custom(b_object, surfaces.get(b_object.name, []))
 
 
 def draw(b_scene: bpy.types.Scene, samples: int, seed: int) -> tuple[Float64, dict[str, float]]:
@@ -67,31 +68,13 @@ def limit(b_scene: bpy.types.Scene, box: tuple[int, int, int, int], size: tuple[
     b_render.border_min_y, b_render.border_max_y = (box[1] + half) / size[1], min(1.0, (box[3] + half) / size[1])
 
 
-def _shrink(b_light: bpy.types.Light) -> None:
-    if b_light.type == "SUN":
-        b_light.angle = 0.0
-    elif b_light.type in {"POINT", "SPOT"}:
-        b_light.shadow_soft_size = 0.0
-
-
-def _sharpen(b_object: bpy.types.Object, surfaces: list[Surface]) -> None:
-    """Custom surfaces as materials; of others, what reflects or transmits becomes sharp."""
+def _say_custom(b_object: bpy.types.Object, surfaces: list[Surface]) -> None:
+    """Custom surfaces as materials."""
     for number, b_slot in enumerate(b_object.material_slots):
         custom = custom_surface(b_object) or custom_surface(b_slot.material)
         if custom is not None and number < len(surfaces):
             b_slot.link = "OBJECT"
             b_slot.material = _custom(b_slot.material, custom, surfaces[number])
-        elif b_slot.material and b_slot.material.node_tree:
-            for b_node in b_slot.material.node_tree.nodes:
-                if b_node.type == "BSDF_PRINCIPLED" and not _is_matte(b_node):
-                    _set(b_node, {"Roughness": 0.0})
-                elif b_node.type in {"BSDF_GLASS", "BSDF_GLOSSY", "BSDF_REFRACTION"}:
-                    _set(b_node, {"Roughness": 0.0})
-
-
-def _is_matte(b_node: bpy.types.Node) -> bool:
-    sockets = [b_node.inputs[name] for name in ("Metallic", "Transmission Weight")]
-    return not any(socket.is_linked or socket.default_value > 0 for socket in sockets)
 
 
 def _custom(b_material: bpy.types.Material | None, custom: CustomSurface, surface: Surface) -> bpy.types.Material:

@@ -16,6 +16,7 @@ import bpy
 import numpy as np
 
 from ..clock import Clock
+from ..report.ended import ended_warnings
 from ..report.frame import frame_report
 from ..scene import Film, Float32, Raster
 from . import abort, evaluated, keep, layers, pipeline, raster, results, retrace, shadows
@@ -169,7 +170,12 @@ def trace_frame(
         film=film,
         counts=translation.counts,
         time=timing,
-        warnings=[*scene_warnings(scene), *translation.warnings, *budget_warnings(scene, timing, film)],
+        warnings=[
+            *scene_warnings(scene),
+            *translation.warnings,
+            *budget_warnings(scene, timing, film),
+            *ended_warnings(film.ended, settings, traced_scene.names, float(np.mean(mask != 0)) if mask.size else 0.0),
+        ],
         skipped=[*notes, *left.skipped()],
     )
     return results.Frame(window, drawn, mask, traced, report, data_passes(scene, film, mask)), film
@@ -198,7 +204,7 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
     """What the pipeline itself cannot do in this scene."""
     from . import nodes
 
-    warnings = []
+    warnings, settings = [], scene.hybrid
     source = pipeline.source_layer(scene)
     others = [
         layer.name for layer in scene.view_layers if layer != source and layer.use and not layer.get(layers.MASK_MARK)
@@ -211,7 +217,7 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
         warnings.append(
             "EEVEE's Raytracing leaves ray traced objects out: flag what should mirror or refract them, too"
         )
-    if scene.hybrid.traced_shadows and scene.hybrid.caustics == "PHOTONS" and scene.hybrid.mode == "FULL":
+    if settings.traced_shadows != "OFF" and settings.caustics == "PHOTONS" and settings.mode == "FULL":
         warnings.append("Photons light what EEVEE draws, and in mode Full it draws nothing: use Simple caustics there")
     if scene.render.use_multiview:
         warnings.append("stereoscopy is not supported: the ray traced half shows one view")

@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import images, keep, note, pipeline, preview, results, retrace, shadows
+from . import defaults, images, keep, note, pipeline, preview, results, retrace, shadows
 from .fingerprint import Fingerprint, fingerprint
 
 _undone: Fingerprint | None = None
@@ -119,6 +119,7 @@ def _on_loaded(*_args: Any) -> None:
     """At once: Blender makes the first undo step of the new file after this."""
     global _undone, _again
     _undone = _again = None
+    defaults.pin(bpy.data.scenes)
     note.take_back()
     keep.forget()
     preview.forget()
@@ -129,7 +130,8 @@ def _on_loaded(*_args: Any) -> None:
 
 
 @persistent
-def _on_imported(*_args: Any) -> None:
+def _on_imported(imported: bpy.types.BlendImportContext) -> None:
+    defaults.pin(item.id for item in imported.import_items if isinstance(item.id, bpy.types.Scene))
     _later()
 
 
@@ -138,6 +140,7 @@ def _before_save(*_args: Any) -> None:
     """A saved file holds the user's scene and our settings, nothing that needs the add-on to render."""
     if not bpy.app.background and bpy.app.is_job_running("RENDER"):
         return  # saved as it is; the next load brings it in step
+    defaults.stamp(*bpy.data.scenes)
     note.leave()
     pipeline.tear_down_all()
 
@@ -202,6 +205,10 @@ def register() -> None:
     """Add the handlers, and look at the file that is open already."""
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).append(handler)
+    if hasattr(bpy.data, "scenes"):  # restricted data while Blender starts has none
+        defaults.pin(bpy.data.scenes)
+        if bpy.app.background:  # before anything is evaluated: in the middle of that 5.2 crashes on a new view layer
+            pipeline.sync_all()
     if not bpy.app.background:
         bpy.app.timers.register(_tick, first_interval=0.0)
 

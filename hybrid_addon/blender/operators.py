@@ -51,7 +51,7 @@ class HYBRID_OT_surface_preset(bpy.types.Operator):
 class HYBRID_OT_quality_preset(bpy.types.Operator):
     bl_idname = "hybrid.quality_preset"
     bl_label = "Quality Preset"
-    bl_description = "Set samples, adaptive sampling, bounces and cutoff together"
+    bl_description = "Set everything that makes the picture better or faster together"
     bl_options = {"REGISTER", "UNDO"}
 
     preset: bpy.props.EnumProperty(  # type: ignore[valid-type]

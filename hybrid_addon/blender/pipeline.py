@@ -22,6 +22,7 @@ from .errors import HybridError
 from .flags import Flags
 from .layers import SOURCE_MARK, copy_evaluation, mask_layer, set_, source_layer, sync_mask_layer
 from .restore import Restore
+from .transmission import transmit
 
 COLLECTION = "Hybrid Traced"
 TRACE_SCENE = "Hybrid Trace"
@@ -96,13 +97,19 @@ def needs_raster(scene: bpy.types.Scene) -> bool:
 
 
 def traces_shadows(scene: bpy.types.Scene) -> bool:
-    """Whether the tracer, not EEVEE, draws the shadows of ray traced objects on what EEVEE draws."""
-    return bool(scene.hybrid.traced_shadows and effective_mode(scene) == "HYBRID")
+    """Whether the tracer, not EEVEE, draws the shadows of ray traced objects on what EEVEE draws.
+
+    The same for all frames: EEVEE must know before anything is evaluated.
+    """
+    choice = scene.hybrid.traced_shadows
+    if choice == "OFF" or effective_mode(scene) != "HYBRID":
+        return False
+    return choice == "ON" or scene.hybrid.caustics != "NONE" or transmit(flagged_objects(scene))
 
 
 def needs_albedo(scene: bpy.types.Scene) -> bool:
     """Whether light is brought to EEVEE's picture, which depends on the colour of what it shows."""
-    return traces_shadows(scene) and scene.hybrid.caustics == "PHOTONS"
+    return scene.hybrid.caustics == "PHOTONS" and traces_shadows(scene)
 
 
 def flagged_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:

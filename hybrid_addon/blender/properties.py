@@ -6,7 +6,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import Collection, Context, Material, Object, PropertyGroup, Scene
 
-from . import insets, keep, pipeline, preview, retrace
+from . import defaults, insets, keep, pipeline, preview, retrace
 
 
 def _flag_changed(settings: "HybridObjectSettings", _context: Context) -> None:
@@ -22,6 +22,7 @@ def _value_changed(settings: "HybridObjectSettings | HybridMaterialSettings", _c
 
 
 def _enabled_changed(settings: "HybridSceneSettings", context: Context) -> None:
+    defaults.stamp(settings.id_data)
     _scene_changed(settings, context)
     if not settings.enabled and not bpy.app.background:  # there `render` switches it on and off again for each frame
         keep.forget()
@@ -206,7 +207,7 @@ class HybridSceneSettings(PropertyGroup):
     adaptive: FloatProperty(  # type: ignore[valid-type]
         name="Adaptive Sampling",
         description="Pixels stop early where objects, paths and, within this contrast, colours agree; 0 is off",
-        default=0.0,
+        default=0.05,
         min=0.0,
         max=0.99,
         soft_max=0.2,
@@ -231,8 +232,8 @@ class HybridSceneSettings(PropertyGroup):
     )
     rough_samples: IntProperty(  # type: ignore[valid-type]
         name="Rough Samples",
-        description="Rays for each reflection and refraction of a rough metal or glass; 0 mirrors and refracts sharply",
-        default=0,
+        description="Rays for each reflection and refraction of what is rough; 0 shows a blurred world, no objects",
+        default=1,
         min=0,
         max=64,
         soft_max=16,
@@ -253,10 +254,15 @@ class HybridSceneSettings(PropertyGroup):
         soft_max=100.0,
         unit="LENGTH",
     )
-    traced_shadows: BoolProperty(  # type: ignore[valid-type]
+    traced_shadows: EnumProperty(  # type: ignore[valid-type]
         name="Traced Shadows",
         description="Trace the shadows of ray traced objects on what EEVEE draws: glass lets light through",
-        default=False,
+        items=(
+            ("AUTO", "Automatic", "On where a ray traced object lets light through, and with Caustics", 2),
+            ("OFF", "Off", "EEVEE draws them: dark, whatever the object is made of", 0),
+            ("ON", "On", "The ray tracer draws them all", 1),  # 0 and 1: a tick, in older files
+        ),
+        default="AUTO",
         update=_scene_changed,
     )
     caustics: EnumProperty(  # type: ignore[valid-type]
@@ -326,9 +332,9 @@ class HybridSceneSettings(PropertyGroup):
     )
     preview_budget: FloatProperty(  # type: ignore[valid-type]
         name="Preview Time",
-        description="Seconds that a viewport at rest may be refined for",
-        default=3.0,
-        min=0.1,
+        description="Seconds that a viewport at rest may be refined for; 0 goes on until it has all Samples",
+        default=0.0,
+        min=0.0,
         max=3600.0,
         soft_max=60.0,
         subtype="TIME_ABSOLUTE",
@@ -355,6 +361,8 @@ class HybridSceneSettings(PropertyGroup):
         options=set(),
         update=_insets_changed,
     )
+    # Of the defaults that these settings were made with (defaults.py).
+    version: IntProperty(options={"HIDDEN"})  # type: ignore[valid-type]
     # What the pipeline has to put back (JSON).
     restore: StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]
     # What the user has linked to our nodes, while these are away (JSON).

@@ -30,7 +30,7 @@ from .report_cycles import against_cycles
 from .settings import public_settings, tracer_settings
 from .sync import Translation
 
-SCHEMA = 2
+SCHEMA = 3
 Size = tuple[int, int]
 
 USUAL_PIXELS = 240 * 180
@@ -98,7 +98,7 @@ def write(
     ]
     budget.end()
     name, film, quality = _chosen(points, deep)
-    times, errors, clear = [seconds + p.seconds() for p in points], [p.rmse for p in points], [p.clear for p in points]
+    times, errors, clear = [seconds + p.seconds() for p in points], [p.shown for p in points], [p.clear for p in points]
     front = verdicts.front(times, errors, clear)
     flip = [] if metrics.flip_library() else ["no FLIP: flip-evaluator is not installed"]
     report = {
@@ -109,7 +109,7 @@ def write(
         "scene": _facts(scene, ready, deep),
         "reference": {
             "kind": "own", **deep.quality.values(), "seconds": deep.seconds,
-            "floor_rmse": {region: e["rmse"] for region, e in deep.floor.items()}, "floor": deep.floor,
+            "floor": deep.floor,
             "hash": metrics.digest(deep.picture),
         },
         "settings": public_settings(scene),
@@ -216,8 +216,11 @@ def _raster(scene: bpy.types.Scene, say: Say) -> tuple[Float32 | None, Float32 |
 
 
 def _settings(scene: bpy.types.Scene) -> Settings:
-    """The scene's, without what is done to EEVEE's half: the report is of the ray traced one."""
-    return replace(tracer_settings(scene), raster_shadows=False)
+    """The scene's, without what is done to EEVEE's half: the report is of the ray traced one.
+
+    Ready for what each point of the report asks for: rough surfaces, and lamps with their size.
+    """
+    return replace(tracer_settings(scene), raster_shadows=False, rough_samples=1, shadow_samples=1)
 
 
 # ------------------------------------------------------------------------------------------------ facts and pictures

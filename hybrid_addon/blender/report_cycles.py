@@ -65,14 +65,13 @@ def against_cycles(
     points, late = _points(scene, sorted(samples), axes.repeats, each, until)
     for point in points:
         point["error"] = metrics.errors(point.pop("picture") * weight, mean * weight, deep.regions)
-        rmse = point["error"]["all"]["rmse"]
-        say(f"Cycles, {point['samples']} samples: {point['time']['wall']:.2f} s, RMSE {rmse:.2g}")
+        shown = point["error"]["all"][metrics.SHOWN]
+        say(f"Cycles, {point['samples']} samples: {point['time']['wall']:.2f} s, RMSE {shown:.2g}")
     return {
         "how": cycles.HOW,
         "reference": {
             "samples": 2 * half,
             "seconds": spent,
-            "floor_rmse": {name: e["rmse"] for name, e in floor.items()},
             "floor": floor,
             "difference": metrics.errors(ours, mean * weight, deep.regions),
             "mean": {name: float(mean[part].mean()) if part.any() else None for name, part in deep.regions.items()},

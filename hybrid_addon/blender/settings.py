@@ -25,7 +25,7 @@ def tracer_settings(scene: bpy.types.Scene) -> Settings:
         occlusion_samples=scene.hybrid.occlusion_samples,
         occlusion_distance=scene.hybrid.occlusion_distance or scene.eevee.fast_gi_distance or math.inf,
         raster_shadows=pipeline.traces_shadows(scene),
-        caustics=scene.hybrid.caustics if scene.hybrid.traced_shadows else "NONE",
+        caustics="NONE" if scene.hybrid.traced_shadows == "OFF" else scene.hybrid.caustics,
         photons=scene.hybrid.photons,
         passes=frozenset(name.lower() for name in scene.hybrid.passes) - {"shadow", "residual"},
         filter_radius=scene.render.filter_size,

@@ -17,6 +17,7 @@ import numpy as np
 
 from . import pipeline
 from .sync.attributes import FIELDS
+from .transmission import node_inputs
 
 OURS = "hybrid"
 SKIPPED = {
@@ -169,8 +170,8 @@ def _values(b_struct: Any, depth: int = 0) -> list[object]:
             found += [name, _value(value, depth)]
         else:
             found += [name, np.array(value).tolist() if getattr(b_property, "is_array", False) else value]
-    if isinstance(b_struct, bpy.types.NodesModifier):  # inputs of geometry nodes are custom properties
-        found += [str(item) for item in b_struct.items()]
+    if isinstance(b_struct, bpy.types.NodesModifier):
+        found += [str(value) for value in node_inputs(b_struct)]
     return found
 
 

@@ -67,8 +67,8 @@ GERMAN = {
     "Diamond: IOR 2.417": "Diamant: IOR 2,417",
     "Quality Preset": "Qualitätsvorgabe",
     "Quality Presets": "Qualitätsvorgaben",
-    "Set samples, adaptive sampling, bounces and cutoff together": (
-        "Samples, adaptives Sampling, Abprallungen und Abbruch zusammen setzen"
+    "Set everything that makes the picture better or faster together": (
+        "Alles zusammen setzen, was das Bild besser oder schneller macht"
     ),
     "Draft": "Entwurf",
     "To look at: edges are a little rough": "Zum Ansehen: Kanten sind etwas rau",
@@ -142,8 +142,8 @@ GERMAN = {
         "Sekunden für ein Bild samt EEVEE; was nicht hineinpasst, entfällt, Samples zuerst. 0 ist ohne Grenze"
     ),
     "Rough Samples": "Samples für Rauheit",
-    "Rays for each reflection and refraction of a rough metal or glass; 0 mirrors and refracts sharply": (
-        "Strahlen für jede Spiegelung und Brechung von rauem Metall oder Glas; 0 spiegelt und bricht scharf"
+    "Rays for each reflection and refraction of what is rough; 0 shows a blurred world, no objects": (
+        "Strahlen für jede Spiegelung und Brechung von Rauem; 0 zeigt dort die Welt verschwommen, und keine Objekte"
     ),
     "Occlusion Samples": "Samples für Verdeckung",
     "Rays that find how much of the world's diffuse light is hidden in corners; 0 hides none, as EEVEE": (
@@ -161,6 +161,16 @@ GERMAN = {
     "Trace the shadows of ray traced objects on what EEVEE draws: glass lets light through": (
         "Die Schatten der Objekte mit Raytracing auf dem verfolgen, was EEVEE zeichnet: Glas lässt Licht durch"
     ),
+    "Automatic": "Automatisch",
+    "On where a ray traced object lets light through, and with Caustics": (
+        "An, wo ein Objekt mit Raytracing Licht durchlässt, und mit Kaustiken"
+    ),
+    "Off": "Aus",
+    "EEVEE draws them: dark, whatever the object is made of": (
+        "EEVEE zeichnet sie: dunkel, woraus das Objekt auch ist"
+    ),
+    "On": "An",
+    "The ray tracer draws them all": "Der Raytracer zeichnet sie alle",
     "Caustics": "Kaustiken",
     "Light that ray traced objects focus, where their shadows are traced": (
         "Licht, das Objekte mit Raytracing bündeln, wo ihre Schatten verfolgt werden"
@@ -217,7 +227,9 @@ GERMAN = {
         "Die Objekte mit Raytracing in gerenderten Ansichten verfolgen, sobald die Ansicht ruht"
     ),
     "Preview Time": "Vorschauzeit",
-    "Seconds that a viewport at rest may be refined for": "Sekunden, die eine ruhende Ansicht verfeinert werden darf",
+    "Seconds that a viewport at rest may be refined for; 0 goes on until it has all Samples": (
+        "Sekunden, die eine ruhende Ansicht verfeinert werden darf; 0 macht weiter, bis sie alle Samples hat"
+    ),
     # what needs rays
     "What Needs Rays?": "Was braucht Raytracing?",
     "Find the objects that EEVEE cannot draw, say why, how much they cover and what rays would cost": (

@@ -189,7 +189,7 @@ class HYBRID_RENDER_PT_light(SettingsPanel, bpy.types.Panel):
         column.prop(settings, "occlusion_distance")
         layout.prop(settings, "traced_shadows")
         column = layout.column()
-        column.active = settings.enabled and settings.traced_shadows
+        column.active = settings.enabled and settings.traced_shadows != "OFF"
         column.prop(settings, "caustics")
         if settings.caustics == "PHOTONS":
             column.prop(settings, "photons")

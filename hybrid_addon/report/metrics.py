@@ -14,6 +14,10 @@ from ..scene import Float32, Float64
 Bools = NDArray[np.bool_]
 Picture = Float32 | Float64
 
+SHOWN = "rmse_shown"
+"""The error that everything is judged and plotted by, beside FLIP: of radiance clipped to 0..1, as a screen shows it.
+Of a lamp's image at 1000 a pixel's edge is worth more than all the rest of a picture, and nobody sees it."""
+
 RELATIVE_FLOOR = 0.01
 """Added to the squared reference in relMSE, so that black has a relative error too. tev's value (tev, Colors.h)."""
 
@@ -21,12 +25,13 @@ RELATIVE_FLOOR = 0.01
 def error(picture: Picture, reference: Picture, region: Bools) -> dict[str, float | int | None]:
     """Errors of a picture (h, w, 3) over the pixels of a region (h, w); each channel counts as a value.
 
-    rmse, mae, bias (mean signed), p999 (99.9th percentile of the absolute error), max: in the unit of the picture.
-    relmse_tev: mean of d^2 / (reference^2 + 0.01), dimensionless. All None for an empty region. Values that are not
-    finite are counted and left out of the others.
+    rmse_shown: of what is shown, both clipped to 0..1. rmse, mae, bias (mean signed), p999 (99.9th percentile of the
+    absolute error), max: in the unit of the picture. relmse_tev: mean of d^2 / (reference^2 + 0.01), dimensionless. All
+    None for an empty region. Values that are not finite are counted and left out of the others.
     """
     d = picture[region].astype(np.float64) - reference[region]
     finite = np.isfinite(d)
+    seen = (shown(picture[region]) - shown(reference[region]))[finite]
     result: dict[str, float | int | None] = {
         "pixels": int(np.count_nonzero(region)),
         "nonfinite": int(np.count_nonzero(~finite)),
@@ -35,9 +40,10 @@ def error(picture: Picture, reference: Picture, region: Bools) -> dict[str, floa
     d, relative = d[finite], relative[finite]
     size = np.abs(d)
     if len(d) == 0:
-        return {**result, **dict.fromkeys(("rmse", "mae", "bias", "relmse_tev", "p999", "max"))}
+        return {**result, **dict.fromkeys((SHOWN, "rmse", "mae", "bias", "relmse_tev", "p999", "max"))}
     return {
         **result,
+        SHOWN: float(np.sqrt(np.mean(seen * seen))),
         "rmse": float(np.sqrt(np.mean(d * d))),
         "mae": float(size.mean()),
         "bias": float(d.mean()),
@@ -60,19 +66,24 @@ def errors(
     return found
 
 
+def shown(picture: Picture) -> Float64:
+    """Radiance as a screen can show it."""
+    return np.asarray(np.clip(picture, 0.0, 1.0), np.float64)
+
+
 def deciding(picture: Picture, reference: Picture, region: Bools) -> float:
-    """How many pixels decide the RMSE: (sum of squares)^2 / sum of fourth powers; 0 where there is no error.
+    """How many pixels decide the RMSE of what is shown: (sum of squares)^2 / sum of fourth powers; 0: no error.
 
     All of them where all err alike. The RMSE is only known to about 1 / (2 sqrt(this)) of itself.
     """
-    d = picture[region].astype(np.float64) - reference[region]
+    d = shown(picture[region]) - shown(reference[region])
     squares = np.square(np.where(np.isfinite(d), d, 0.0)).sum(axis=-1)
     fourth = float(np.square(squares).sum())
     return float(squares.sum()) ** 2 / fourth if fourth else 0.0
 
 
 def rmse(picture: Picture, reference: Picture, region: Bools) -> float:
-    """The one number of `error` that everything is plotted by; NaN for an empty region."""
+    """That number of `error`; NaN for an empty region."""
     value = error(picture, reference, region)["rmse"]
     return float("nan") if value is None else float(value)
 

@@ -11,6 +11,7 @@ from typing import Any
 from ..scene import Float32
 from ..stability.page import png
 from . import plots, tables
+from .metrics import SHOWN
 
 Report = Mapping[str, Any]
 
@@ -57,7 +58,9 @@ $notes
 errs 5 % less in no more time. Which setting of two that are nearer is better, the next run may see otherwise.</p>
 <div class="scroll">$presets</div>
 <h2>The front, the presets, and Cycles</h2>
-<p>Every error is in linear radiance over the ray traced pixels, as they show: times coverage. Ours is against our own
+<p>Every error is over the ray traced pixels, in linear radiance times coverage. <b>RMSE shown</b>, by which all is
+judged and plotted, counts what is brighter than the screen's white as white: else the few pixels of a lamp's image
+would decide alone. FLIP is what an eye sees of it. RMSE has all of the radiance. Ours is against our own
 reference ($reference), Cycles' against its own, so that each is charged with its noise only. Clear: larger than 3 x
 the noise of that reference. Seconds: translating, building and tracing, without EEVEE; Cycles: its whole render of the
 rectangle around those pixels.</p>
@@ -113,7 +116,7 @@ def render(report: Report, pictures: Mapping[str, Float32]) -> str:
         notes="".join(f"<p><b>Note:</b> {escape(note)}.</p>" for note in notes),
         reference=escape(
             f"{reference['samples']} other samples, {reference['max_depth']} bounces, cutoff {reference['cutoff']:g}; "
-            f"its own noise {tables.cell(reference['floor_rmse']['all'])}"
+            f"its own noise {tables.cell(reference['floor']['all'][SHOWN])}"
         ),
         presets=tables.presets(report),
         best=tables.best(report),
@@ -141,7 +144,7 @@ def summary(report: Report) -> str:
         text += f" The error falls with samples to the power {slope['fit']:.2f} ± {slope['ci']:.2f}."
     for target in [e for e in report["cycles"]["equal_error"] if e["ratio"]][-1:]:
         text += (
-            f" For RMSE {target['rmse']:.2g} Cycles takes {target['cycles']:.3g} s, the ray tracer "
+            f" For RMSE {target[SHOWN]:.2g} Cycles takes {target['cycles']:.3g} s, the ray tracer "
             f"{target['ours']:.3g} s: Cycles / ray tracer {target['ratio']:.3g}."
         )
     return text

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .fits import pareto
+from .metrics import SHOWN
 from .reference import CLEAR
 from .tables import is_clear
 
@@ -67,29 +68,29 @@ def _time(axes: Any, report: Report) -> None:
             axes.loglog(*place, "D", ms=7, mfc="none", color=MARK)
             axes.annotate(p["preset"], place, xytext=(6, 4), textcoords="offset points", color=MARK)
     cycles = report["cycles"].get("points", [])
-    floor = report["cycles"]["reference"]["floor_rmse"]["all"] if cycles else None
+    floor = report["cycles"]["reference"]["floor"]["all"][SHOWN] if cycles else None
     for name, clear, fill in (("Cycles", True, THEIRS), ("Cycles, within its noise", False, "none")):
-        chosen = [(c["time"]["wall"], _rmse(c)) for c in cycles if _rmse(c) and is_clear(c, floor) == clear]
+        chosen = [(c["time"]["wall"], _shown(c)) for c in cycles if _shown(c) and is_clear(c, floor) == clear]
         drawn.append(_curve(axes, chosen, "-s" if clear else "s", ms=4, color=THEIRS, mfc=fill, label=name))
     for c in cycles if any(drawn) else ():
-        if _rmse(c):
-            place = (c["time"]["wall"], _rmse(c))
+        if _shown(c):
+            place = (c["time"]["wall"], _shown(c))
             axes.annotate(str(c["samples"]), place, xytext=(4, 4), textcoords="offset points", color=THEIRS)
     if not any(drawn):
         _say(axes, "no setting has an error")
         return
-    for level, color, whose in ((report["reference"]["floor_rmse"]["all"], SOFT, "our"), (floor, THEIRS, "Cycles'")):
+    for level, color, whose in ((report["reference"]["floor"]["all"][SHOWN], SOFT, "our"), (floor, THEIRS, "Cycles'")):
         if level:
             axes.axhline(CLEAR * level, color=color, lw=0.8, ls=":", label=f"{CLEAR:g} x noise of {whose} reference")
-    _label(axes, "seconds (translate, build, trace)", "RMSE")
+    _label(axes, "seconds (translate, build, trace)", "RMSE of what is shown")
 
 
 def _samples(axes: Any, report: Report) -> None:
     alone = [p for p in report["points"] if p["alone"]]
     colors, drawn = {"all": INK, "edges": OURS, "interior": MARK}, False
     for region, color in colors.items():
-        level = CLEAR * (report["reference"]["floor_rmse"][region] or 0.0)
-        pairs = [(p["settings"]["samples"], p["error"][region]["rmse"]) for p in alone if p["error"][region]["rmse"]]
+        level = CLEAR * (report["reference"]["floor"][region][SHOWN] or 0.0)
+        pairs = [(p["settings"]["samples"], p["error"][region][SHOWN]) for p in alone if p["error"][region][SHOWN]]
         pairs.sort()
         fit = report["slopes"][f"aa_{region}"]["fit"]
         drawn |= _curve(axes, [pair for pair in pairs if pair[1] > level], "-o", ms=4, color=color,
@@ -101,7 +102,7 @@ def _samples(axes: Any, report: Report) -> None:
             for power in (-0.5, -0.75):
                 axes.loglog([n, pairs[-1][0]], [e, e * (pairs[-1][0] / n) ** power], "--", lw=0.8, color=SOFT)
     if drawn:
-        _label(axes, "samples", "RMSE")
+        _label(axes, "samples", "RMSE of what is shown")
     else:
         _say(axes, "no setting has an error")
 
@@ -173,10 +174,10 @@ def _label(axes: Any, x: str, y: str) -> None:
     axes.legend(frameon=False)
 
 
-def _rmse(point: Report) -> float:
-    return float(point["error"]["all"]["rmse"] or 0.0)
+def _shown(point: Report) -> float:
+    return float(point["error"]["all"][SHOWN] or 0.0)
 
 
 def _places(points: Sequence[Report]) -> list[tuple[float, float]]:
     """Where points are drawn: logarithmic axes have no place for an error of 0."""
-    return [(p["seconds"], _rmse(p)) for p in points if _rmse(p)]
+    return [(p["seconds"], _shown(p)) for p in points if _shown(p)]

@@ -89,12 +89,12 @@ class Reference:
     each: float
 
     def noise(self, region: str = "all") -> float:
-        """The floor's RMSE; 0 for an empty region."""
-        return float(self.floor[region]["rmse"] or 0.0)
+        """The floor's RMSE of what is shown; 0 for an empty region."""
+        return float(self.floor[region][metrics.SHOWN] or 0.0)
 
-    def tells(self, rmse: float | int | None, region: str = "all") -> bool:
+    def tells(self, error: float | int | None, region: str = "all") -> bool:
         """Whether so large an error stands clear of the noise."""
-        return rmse is not None and rmse > CLEAR * self.noise(region)
+        return error is not None and error > CLEAR * self.noise(region)
 
 
 def reference(studio: Studio, axes: Axes, each: float, until: float = np.inf) -> Reference:

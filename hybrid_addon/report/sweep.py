@@ -62,9 +62,9 @@ class Point:
     film: Film | None = None
 
     @property
-    def rmse(self) -> float:
-        """Over all masked pixels."""
-        value = self.error["all"]["rmse"]
+    def shown(self) -> float:
+        """RMSE of what is shown, over all masked pixels."""
+        value = self.error["all"][metrics.SHOWN]
         return float("nan") if value is None else float(value)
 
     def seconds(self, phase: str = "trace", clock: str = "wall") -> float:
@@ -95,9 +95,9 @@ class Point:
 def knobs(studio: Studio, axes: Axes, deep: Reference, say: Say, until: float = math.inf) -> dict[str, Any]:
     """Error of bounces and cutoff, alone and together, against the same camera samples without them.
 
-    Each entry: settings, seconds, rmse over all pixels, residual_mean and residual_max, and `beyond`: pixels whose
-    error is larger than `Lmax` x the residuals of both pictures, for what they are compared with is cut, too.
-    `left_out`: how many entries there was no time for, the dearest.
+    Each entry: settings, seconds, rmse and rmse_shown over all pixels, residual_mean and residual_max, and `beyond`:
+    pixels whose error is larger than `Lmax` x the residuals of both pictures, for what they are compared with is cut,
+    too. `left_out`: how many entries there was no time for, the dearest.
     """
     exact, region = axes.exact, deep.regions["all"]
     both = product((CUTOFFS[0], *axes.cutoff), (*axes.max_depth, axes.deepest))
@@ -119,9 +119,10 @@ def knobs(studio: Studio, axes: Axes, deep: Reference, say: Say, until: float = 
         bound = film.residual * studio.weight(film)
         off = np.abs(studio.shown(film).astype(np.float64) - target).max(axis=-1)
         allowed = (bound + own)[region] * brightest + rounding
+        error = metrics.error(studio.shown(film), target, region)
         found["entries"].append({
             "max_depth": max_depth, "cutoff": cutoff, "seconds": film.time["trace"]["wall"],
-            "rmse": metrics.rmse(studio.shown(film), target, region),
+            "rmse": error["rmse"], metrics.SHOWN: error[metrics.SHOWN],
             "residual_mean": _mean(bound[region]), "residual_max": float(np.max(bound[region], initial=0.0)),
             "beyond": int(np.count_nonzero(off[region] > allowed)),
         })  # fmt: skip
@@ -135,8 +136,8 @@ def promising(entries: Sequence[dict[str, Any]], noise: float = 0.0, at_most: in
     noise : of the reference, RMSE: of those that err much less only the cheapest can be worth its time.
     """
     least = HIDDEN * noise
-    entries = list({max(e["rmse"], least): e for e in reversed(entries)}.values())  # of equal ones the cheapest
-    front = fits.pareto([e["seconds"] for e in entries], [e["rmse"] for e in entries])
+    entries = list({max(e[metrics.SHOWN], least): e for e in reversed(entries)}.values())  # of equal ones the cheapest
+    front = fits.pareto([e["seconds"] for e in entries], [e[metrics.SHOWN] for e in entries])
     chosen = np.unique(np.linspace(0, len(front) - 1, min(at_most, len(front))).round().astype(int))
     return [(entries[front[i]]["max_depth"], entries[front[i]]["cutoff"]) for i in chosen]
 
@@ -186,7 +187,7 @@ def measure(
         point.times.append(film.time)
         _judge(studio, point, film, deep)
         seconds = film.time["trace"]["wall"]
-        say(f"{number}/{len(order)} {describe(point.quality)}: {seconds:.2f} s, RMSE {point.rmse:.2g}")
+        say(f"{number}/{len(order)} {describe(point.quality)}: {seconds:.2f} s, RMSE {point.shown:.2g}")
     measured, late = [p for p in order if p.times], [p for p in order if not p.times]
     for _ in range(1, repeats):
         for point in measured:
@@ -197,12 +198,13 @@ def measure(
 
 def describe(q: Quality) -> str:
     """In words."""
-    return f"samples {q.samples}, bounces {q.max_depth}, cutoff {q.cutoff:.2g}, adaptive {q.adaptive:g}"
+    rough = "" if q.rough_samples == 1 else f", rough {q.rough_samples}"
+    return f"samples {q.samples}, bounces {q.max_depth}, cutoff {q.cutoff:.2g}, adaptive {q.adaptive:g}{rough}"
 
 
 def _judge(studio: Studio, point: Point, film: Film, deep: Reference) -> None:
     point.error = metrics.errors(studio.shown(film), deep.picture, deep.regions)
-    point.clear, region = deep.tells(point.error["all"]["rmse"]), deep.regions["all"]
+    point.clear, region = deep.tells(point.shown), deep.regions["all"]
     point.deciding = metrics.deciding(studio.shown(film), deep.picture, region)
     bound = (film.residual * studio.weight(film))[region]
     point.bound = {"residual_mean": _mean(bound), "residual_max": float(np.max(bound, initial=0.0))}

@@ -7,6 +7,7 @@ from html import escape
 from typing import Any
 
 from ..presets import Quality
+from .metrics import SHOWN
 from .reference import CLEAR
 from .regions import REGIONS
 from .sweep import describe
@@ -14,11 +15,13 @@ from .sweep import describe
 Report = Mapping[str, Any]
 Cells = Sequence[object]
 
-SETTINGS = {"samples": "samples", "max_depth": "bounces", "cutoff": "cutoff", "adaptive": "adaptive"}
-ERRORS = {"rmse": "RMSE", "relmse_tev": "relMSE (tev)", "mae": "MAE", "bias": "bias", "p999": "p99.9", "max": "max",
-          "flip_ldr": "FLIP", "nonfinite": "not finite"}  # fmt: skip
+SETTINGS = {"samples": "samples", "max_depth": "bounces", "cutoff": "cutoff", "adaptive": "adaptive",
+            "rough_samples": "rough"}  # fmt: skip
+ERRORS = {SHOWN: "RMSE shown", "flip_ldr": "FLIP", "rmse": "RMSE", "relmse_tev": "relMSE (tev)", "mae": "MAE",
+          "bias": "bias", "p999": "p99.9", "max": "max", "nonfinite": "not finite"}  # fmt: skip
+JUDGED = (SHOWN, "flip_ldr", "rmse")
 TEXT = ' class="text"'
-KNOBS = {"max_depth": "bounces", "cutoff": "cutoff", "seconds": "seconds", "rmse": "RMSE",
+KNOBS = {"max_depth": "bounces", "cutoff": "cutoff", "seconds": "seconds", SHOWN: "RMSE shown", "rmse": "RMSE",
          "residual_mean": "residual mean", "residual_max": "residual max", "beyond": "pixels beyond it"}  # fmt: skip
 
 
@@ -32,11 +35,22 @@ def best(report: Report) -> str:
             cells = (name, *_settings(p), p["seconds"], time, cpu, *_errors(p), p["bound"]["residual_max"], p["clear"])
             rows.append((p["seconds"], cells))
     for c in report["cycles"].get("points", []):
-        time, none = c["time"], (None,) * 3
-        clear = is_clear(c, report["cycles"]["reference"]["floor_rmse"]["all"])
+        time, none = c["time"], (None,) * 4
+        clear = is_clear(c, report["cycles"]["reference"]["floor"]["all"][SHOWN])
         rows.append((time["wall"], ("Cycles", c["samples"], *none, time["wall"], None, time["cpu"], *_errors(c), None,
                                     clear)))  # fmt: skip
-    head = ("", *SETTINGS.values(), "seconds", "trace s", "cpu s", "RMSE", "MAE", "FLIP", "residual max", "clear")
+    head = (
+        "",
+        *SETTINGS.values(),
+        "seconds",
+        "trace s",
+        "cpu s",
+        "RMSE shown",
+        "FLIP",
+        "RMSE",
+        "residual max",
+        "clear",
+    )
     return table(head, [cells for _, cells in sorted(rows, key=lambda row: row[0])])
 
 
@@ -81,8 +95,8 @@ def cycles(report: Report) -> str:
     ]
     for point in theirs["points"]:
         rows += _by_region(f"Cycles, {point['samples']} samples", point)
-    equal = [(e["samples"], e["rmse"], e["cycles"], e["ours"], e["ratio"], e["why"]) for e in theirs["equal_error"]]
-    head = ("Cycles' samples", "RMSE", "Cycles s", "ray tracer s", "Cycles / ray tracer", "why there is none")
+    equal = [(e["samples"], e[SHOWN], e["cycles"], e["ours"], e["ratio"], e["why"]) for e in theirs["equal_error"]]
+    head = ("Cycles' samples", "RMSE shown", "Cycles s", "ray tracer s", "Cycles / ray tracer", "why there is none")
     return table(("", "region", "pixels", *ERRORS.values()), rows) + "<p></p>" + table(head, equal)
 
 
@@ -111,7 +125,7 @@ def checks(report: Report) -> str:
 
 def everything(report: Report) -> str:
     """Each point in a row."""
-    head = (*SETTINGS.values(), "seconds", "runs", "RMSE", "MAE", "FLIP", "clear", "front")
+    head = (*SETTINGS.values(), "seconds", "runs", *(ERRORS[name] for name in JUDGED), "clear", "front")
     return table(head, [
         (*_settings(p), p["seconds"], p["time"]["trace"]["n"], *_errors(p), p["clear"], i in report["pareto"])
         for i, p in enumerate(report["points"])
@@ -148,7 +162,7 @@ def _settings(point: Report) -> Cells:
 
 
 def _errors(point: Report) -> Cells:
-    return tuple(point["error"]["all"][name] for name in ("rmse", "mae", "flip_ldr"))
+    return tuple(point["error"]["all"][name] for name in JUDGED)
 
 
 def _name(point: Report) -> str:
@@ -157,8 +171,8 @@ def _name(point: Report) -> str:
 
 def is_clear(point: Report, floor: float | None) -> bool:
     """Whether its error stands clear of its reference's noise."""
-    rmse = point["error"]["all"]["rmse"]
-    return rmse is not None and rmse > CLEAR * (floor or 0.0)
+    error = point["error"]["all"][SHOWN]
+    return error is not None and error > CLEAR * (floor or 0.0)
 
 
 def _by_region(name: str, point: Report) -> list[Cells]:

@@ -10,12 +10,13 @@ from typing import Any
 from ..presets import QUALITY
 from ..tracer.constants import SAMPLING_SLOPE
 from . import fits
+from .metrics import SHOWN
 from .reference import CLEAR, ENOUGH, Reference
 from .studio import CUTOFFS, Axes
 from .sweep import Point, describe
 
-METRICS = ("rmse", "mae", "flip_ldr")
-"""By which presets are judged: few pixels may decide the first."""
+METRICS = (SHOWN, "flip_ldr")
+"""By which presets are judged."""
 
 FEW = 30.0
 """Pixels: RMSE says little, it is not known to a tenth, where it is decided by fewer."""
@@ -31,8 +32,8 @@ def slopes(points: Sequence[Point], deep: Reference, single: dict[str, Any], axe
     alone = [p for p in points if p.quality == axes.deep(p.quality.samples)]
     found = {}
     for region in deep.floor:
-        clear = [p for p in alone if deep.tells(p.error[region]["rmse"], region)]
-        samples, errors = [p.quality.samples for p in clear], [p.error[region]["rmse"] for p in clear]
+        clear = [p for p in alone if deep.tells(p.error[region][SHOWN], region)]
+        samples, errors = [p.quality.samples for p in clear], [p.error[region][SHOWN] for p in clear]
         why = "no pixel is there" if not deep.regions[region].any() else (
             f"{len(clear)} of {len(alone)} points stand clear of the reference's noise, two are needed"
         )  # fmt: skip
@@ -99,19 +100,19 @@ def _verdict(i: int, time: Sequence[float], error: Sequence[float | None], noise
 
 def equal_errors(theirs: Mapping[str, Any], points: Sequence[Point], base: float) -> list[dict[str, Any]]:
     """For each of Cycles' errors our time to the same; where it cannot be told, why. base: seconds before we trace."""
-    floor = theirs["reference"]["floor_rmse"]["all"] or 0.0 if "reference" in theirs else 0.0
+    floor = theirs["reference"]["floor"]["all"][SHOWN] or 0.0 if "reference" in theirs else 0.0
     clear = [p for p in points if p.clear]
-    times, errors = [base + p.seconds() for p in clear], [p.rmse for p in clear]
+    times, errors = [base + p.seconds() for p in clear], [p.shown for p in clear]
     found = []
     for point in theirs.get("points", []):
-        rmse, wall, ours, why = point["error"]["all"]["rmse"], point["time"]["wall"], None, ""
-        if rmse is None or rmse <= CLEAR * floor:
+        error, wall, ours, why = point["error"]["all"][SHOWN], point["time"]["wall"], None, ""
+        if error is None or error <= CLEAR * floor:
             why = f"its error is within {CLEAR:g} x its own reference's noise"
         else:
-            ours = fits.time_to(rmse, times, errors)
+            ours = fits.time_to(error, times, errors)
             why = "" if ours else "none of our points that stand clear of our reference's noise is as exact"
         ratio = wall / ours if ours else None
-        found.append({"samples": point["samples"], "rmse": rmse, "cycles": wall, "ours": ours, "ratio": ratio,
+        found.append({"samples": point["samples"], SHOWN: error, "cycles": wall, "ours": ours, "ratio": ratio,
                       "why": why})  # fmt: skip
     return found
 
@@ -126,8 +127,9 @@ def reservations(points: Sequence[Point], deep: Reference, single: Mapping[str, 
                      "drawn hollow and make no front, slope or comparison")  # fmt: skip
     pixels = median([p.deciding for p in points if p.deciding] or [FEW])
     if pixels < FEW:
-        found.append(f"few pixels, as of highlights, decide the RMSE: about {max(1, round(pixels))} (median of all "
-                     "points). It may be much else with other samples; read MAE and FLIP, too")  # fmt: skip
+        found.append(f"few pixels decide the RMSE, though all of white and above count as white: about "
+                     f"{max(1, round(pixels))} (median of all points). It may be much else with other samples; read "
+                     "FLIP, too")  # fmt: skip
     beyond = [e for e in single["entries"] if e["beyond"]]
     if beyond:
         worst = max(beyond, key=lambda e: e["beyond"])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64, Instance, Int32, Plane, Scene, Sphere, TriangleMesh
-from .constants import EMBREE_LIMIT
+from .constants import EMBREE_LIMIT, FLAT
 from .kept import Kept
 from .soup import facets_of
 from .vectors import cross, dot, select
@@ -179,9 +179,9 @@ def surface_of_triangles(batch: Batch) -> Int32:
     slots = batch.mesh.surface_slots
     if slots is None:
         slots = np.zeros(len(batch.mesh.triangles), np.int32)
-    width = int(np.max(slots)) + 1
-    worn = np.array([(i.surfaces + (i.surfaces[-1],) * width)[:width] for i in batch.instances], np.int32)
-    return worn[:, slots].reshape(-1)
+    width = max(len(i.surfaces) for i in batch.instances)
+    worn = np.array([i.surfaces + (i.surfaces[-1],) * (width - len(i.surfaces)) for i in batch.instances], np.int32)
+    return worn[:, np.minimum(slots, width - 1)].reshape(-1)
 
 
 def _corner_normals(batch: Batch) -> Float32 | None:
@@ -224,7 +224,7 @@ def corner_data_of(batch: Batch, surface: Int32, layouts: Layouts) -> Float32 | 
 
 
 def _source(batch: Batch, key: str, corners: Int32) -> Float32 | None:
-    """(k, nt, 3 corners, width) of the mesh's own data; tangents are turned to world space."""
+    """(k, nt, 3 corners, width) of the mesh's own data; tangents are unit vectors in world space."""
     mesh = batch.mesh
     if key.startswith("uv:"):
         local = mesh.uv_maps.get(key.removeprefix("uv:"), mesh.uv_maps.get(""))
@@ -234,7 +234,23 @@ def _source(batch: Batch, key: str, corners: Int32) -> Float32 | None:
         return None
     if not key.startswith("tangent:"):
         return local[corners]
-    world = np.empty((len(corners), len(local), 4), np.float32)
-    world[..., :3] = _transform(local[:, :3].astype(np.float64), batch.matrices[:, :3, :3]).transpose(1, 2, 0)
-    world[..., 3] = local[:, 3] * np.where(batch.handedness < 0, -1, 1)[:, None]
-    return world[np.arange(len(world))[:, None, None], corners]
+    return _world_tangents(batch, local)[np.arange(len(corners))[:, None, None], corners]
+
+
+def _world_tangents(batch: Batch, local: Float32) -> Float32:
+    """(k, nc, 4) of tangents (nc, 4) in local space: unit vectors, 0 where there are none; the sign of the bitangent.
+
+    EEVEE turns them as normals (attr_load_tangent), so they go through the cofactors. Those of a flattened instance
+    know nothing but its normal: there the matrix itself turns them.
+    """
+    side, linear = np.where(batch.handedness < 0, -1.0, 1.0), batch.matrices[:, :3, :3]
+    volume = (linear[:, 0] * batch.cofactors[:, 0]).sum(1)
+    flat = np.abs(volume) <= FLAT * np.sqrt((linear * linear).sum(1)).prod(1)
+    turned = np.where(flat[:, None, None], linear, batch.cofactors * side[:, None, None])
+    with np.errstate(all="ignore"):
+        world = _transform(local[:, :3].astype(np.float64), turned)
+        world /= np.sqrt(dot(world, world))
+    result = np.empty((len(side), len(local), 4), np.float32)
+    result[..., :3] = np.where(np.isfinite(world), world, 0).transpose(1, 2, 0)
+    result[..., 3] = local[:, 3] * side[:, None]
+    return result

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..scene import Camera, Scene, Settings
 from .backing import Backing
 from .camera import near_plane
+from .constants import MIRROR_ROUGHNESS
 from .kept import MADE_READY, Kept
 from .lights import CompiledLight
 from .plan import Plan, prepare
@@ -65,6 +66,8 @@ class CompiledScene:
         self.plan: Plan = prepared.plan
         if self.plan.ambient and self.surfaces.blurs.any():
             self.world.prepare_glossy(*self.surfaces.blur_roughness)
+        if self.plan.world and settings.rough_samples == 0 and self.surfaces.rough.any():
+            self.world.prepare_glossy(MIRROR_ROUGHNESS, 1.0)
         self.lights = prepared.lights if self.plan.diffuse or self.plan.specular else []
         self.lamps = prepared.lamps
         self.linked_lamps = any(lamp.receives is not None for lamp in self.lamps)
@@ -89,8 +92,6 @@ class CompiledScene:
     def _make_shadow_sets(self, casts: NDArray[np.bool_], blocks: NDArray[np.bool_]) -> None:
         """Let the primitives `casts` (np,) cast shadows, and `blocks` (np,) of them opaque ones whatever they are."""
         g, table = self.geometry, self.surfaces
-        if not self.plan.shadows:
-            casts = np.zeros_like(casts)
         opaque, clear = table.shadow_opaque[g.surface] | blocks, table.shadow_clear[g.surface] & ~blocks
         if self.media.shadow_absorption is not None:
             clear = clear & (self.media.rank == self.media.count)  # even a clear solid displaces one that absorbs
@@ -99,7 +100,7 @@ class CompiledScene:
             members = members & ~clear
             return Blockers(self._set(members), opaque, bool((members & ~opaque).any()), hollow)
 
-        self._blockers = blockers(casts)
+        self._blockers = blockers(casts if self.plan.shadows else np.zeros_like(casts))
         linked = [(light.key, light.blocks) for light in (*self.lights, *self.lamps) if light.blocks is not None]
         self._linked = {int(key): blockers(casts & blocks, self.media.bounded_by(~blocks)) for key, blocks in linked}
 

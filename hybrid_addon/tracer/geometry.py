@@ -52,6 +52,7 @@ class Geometry:
     corner_data: Float32 | None  # (nt, 3 k) what expressions read of the three corners; None: nothing
     layouts: Layouts  # for each surface: where in the k numbers of a corner its data are
     object: NDArray[np.intp]  # (np,) number in the scene: of its instances, then its spheres, then its planes
+    source: Int32  # (nt,) number of the triangle in its mesh; parts of a split one have the same
     surface: NDArray[np.intp]  # (np,) index into the surface table (intp: `take` need not convert it)
     ray_traced: Bools  # (np,) flagged by the artist
     camera: Bools  # (np,) visibility for camera rays,
@@ -178,6 +179,7 @@ def _realise(batch: Batch, shape: Shape, layouts: Layouts) -> Soup:
         smooth=shape.smooth,
         corner_data=None if data is None else data[sound],
         object=np.repeat(np.array(batch.numbers, np.int32), nt)[sound],
+        source=np.tile(np.arange(nt, dtype=np.int32), len(batch.instances))[sound],
         surface=surface[sound],
         flags=np.repeat(flags, nt, axis=1)[:, sound],
         dropped=int(len(sound) - np.count_nonzero(sound)),
@@ -225,6 +227,7 @@ def _assemble(
         corner_data=mesh.corner_data,
         layouts=layouts,
         object=np.concatenate([mesh.object, np.array(numbers, np.intp)]).astype(np.intp),
+        source=mesh.source,
         surface=np.concatenate([mesh.surface, np.array([a.surface for a in analytic], np.int32)]).astype(np.intp),
         ray_traced=flags[0],
         camera=flags[1],

@@ -63,28 +63,47 @@ class HitData:
         return sample_texture(texture, u, v)
 
     def attribute(self, key: str) -> Float32:
-        """(width, n) float32: what the hit itself knows, or data of the mesh's corners, interpolated; else 0."""
+        """(width, n) float32: what the hit itself knows, or data of the mesh's corners, interpolated; else 0.
+
+        Of a tangent all four rows change sign on the inner side: with the normal, which is on the side of wo, they make
+        the frame of the outer side turned around, as in EEVEE.
+        """
         own = self._OWN.get(key)
         if own is not None:
             return np.asarray(own(self), np.float32)
         if key.startswith("uv:"):
             return np.stack([*self._coordinates(key), np.zeros(len(self.prim))]).astype(np.float32)
-        return self._interpolated(key).astype(np.float32)
+        found = self._interpolated(key).astype(np.float32)
+        return found * signs(self.entering) if key.startswith("tangent:") else found
 
     _OWN: ClassVar[dict[str, Callable[[HitData], Array]]] = {
         "position": lambda hits: hits.point + hits.geometry.center[:, None],
-        "normal": lambda hits: hits.normal * hits._outward,
+        "normal": lambda hits: hits.normal,
+        "interpolated_normal": lambda hits: hits.normal * hits._shortened,
         "incoming": lambda hits: hits.wo,
         "backfacing": lambda hits: ~hits.entering[None],
         "cosine": lambda hits: dot(hits.normal, hits.wo)[None],
     }
 
     @property
-    def _outward(self) -> Float32:
-        return signs(self.entering)
+    def _shortened(self) -> Float32:
+        """(n,) length of the shading normal that is interpolated: 1 at the corners, less between those that differ."""
+        of_corners = self.geometry.normals
+        result = np.ones(len(self.prim), np.float32)
+        smooth = flatnonzero(self.geometry.smooth.take(self.prim))
+        if of_corners is None or len(smooth) == 0:
+            return result
+        u, v = barycentrics(self.geometry, self.prim[smooth], self.point[:, smooth])
+        corner = of_corners.take(self.prim[smooth], axis=0).T
+        n = corner[0:3] * (1 - u - v) + corner[3:6] * u + corner[6:9] * v
+        result[smooth] = np.sqrt(dot(n, n))
+        return result
 
     def gradient(self, value: Callable[[HitData], Array]) -> Float64:
-        """(3, n): how a number (1, n) grows along the surface, for each metre; over a step of about a pixel."""
+        """(3, n): how a number (1, n) grows along the surface, for each metre; over a step of about a pixel.
+
+        Seen from the inner side it is turned around, with the normal: what rises outwards is a hollow from within.
+        """
         normal = self.normal.astype(np.float64)
         axis = np.where(np.abs(normal[0]) < 0.5, 1.0, 0.0)
         first = cross(normal, np.stack([axis, 1 - axis, np.zeros_like(axis)]))
@@ -97,16 +116,12 @@ class HitData:
                 self.wo, self.distance,
             )  # fmt: skip
             result += direction * ((value(there)[0].astype(np.float64) - here[0]) / step)
-        return result
+        return result * signs(self.entering)
 
-    def facing_normal(self, outward: Array) -> Float32:
-        """Normals (3, n), given on the primitives' outer sides, as unit vectors on the side of wo.
-
-        Where there is none, or it would face away from the eye, the shading normal stays.
-        """
-        n = outward * self._outward
+    def unit_normal(self, n: Array) -> Float32:
+        """Vectors (3, n) as unit normals, whichever way they look; where there is none the shading normal stays."""
         length = np.sqrt(dot(n, n))
-        usable = (length > 0) & np.isfinite(length) & (dot(n, self.wo) > 0)
+        usable = (length > 0) & np.isfinite(length)
         return np.where(usable, n / np.where(usable, length, 1), self.normal).astype(np.float32)
 
     @cached_property

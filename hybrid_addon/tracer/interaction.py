@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .columns import HitValues
+from .constants import FROSTED_ROUGHNESS
 from .geometry import Geometry
+from .near import Sides
 from .primitives import Hits, barycentrics
 from .rays import Rays, offset_origin, origin_offset
 from .sampler import Draws
@@ -40,6 +42,7 @@ class Interaction:
     lit         : (n,) uint32, sum of the keys of the lights that reach it; None: nobody asks
     draws       : its random numbers; None: shadows are hard
     cut         : (n,) bool, a shadow ray of it was not followed to its light; None: nobody asks
+    sides       : the media around hits where more than one surface is passed; None: nowhere
     """
 
     prim: Numbers
@@ -58,6 +61,7 @@ class Interaction:
     lit: NDArray[np.uint32] | None = None
     draws: Draws | None = None
     cut: NDArray[np.bool_] | None = None
+    sides: Sides | None = None
 
     @cached_property
     def cos_o(self) -> Float32:
@@ -68,6 +72,12 @@ class Interaction:
     def has_highlight(self) -> NDArray[np.bool_]:
         """(n,) whether lamps light its reflection straight: not from within what bends their light on its way."""
         return self.entering | ~self.table.refracts.take(self.surface)
+
+    @cached_property
+    def glows(self) -> NDArray[np.bool_]:
+        """(n,) whether lamps light what it refracts: out of rough glass, seen from within."""
+        rough = self.table.rough.take(self.surface) & (self.value("lobe_roughness") > FROSTED_ROUGHNESS)
+        return ~self.entering & self.table.refracts.take(self.surface) & rough
 
     def value(self, name: str, index: Index = ALL) -> Float32:
         """Numbers (m,) or (3, m) of the surface model (columns.WIDTHS) for the hits `index`; not to be written to."""
@@ -100,6 +110,7 @@ class Interaction:
             lit=None if self.lit is None else take(self.lit, index),
             draws=None if self.draws is None else self.draws.take(index),
             cut=None if self.cut is None else take(self.cut, index),
+            sides=None if self.sides is None else self.sides.take(index),
         )
 
 

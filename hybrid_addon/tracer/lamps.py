@@ -11,6 +11,8 @@ where the ray starts, as for all light. A lamp without a size shows nothing.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,6 +34,17 @@ Numbers = NDArray[np.intp]
 
 def add_lamps(scene: CompiledScene, rays: Rays, hits: Hits, sums: Sums, tally: Tally) -> None:
     """Add the radiance of the lamps that rays (n,) meet before their hits."""
+    for lamp, seen, radiance in lamps_met(scene, rays, hits, tally):
+        tally.add("lamps", len(seen))
+        sums.add_radiance(seen.sample, seen.throughput * radiance, seen.branch)
+        if sums.signatures is not None:
+            sums.signatures.add_lamp(seen, lamp.key)
+
+
+def lamps_met(
+    scene: CompiledScene, rays: Rays, hits: Hits, tally: Tally
+) -> Iterator[tuple[CompiledLight, Rays, Float32]]:
+    """Each lamp that some of the rays (n,) meet before their hits, those rays (m,), and its radiance there (3, m)."""
     if not scene.lamps:
         return
     looks = select(~(rays.camera | rays.unlit))
@@ -40,13 +53,8 @@ def add_lamps(scene: CompiledScene, rays: Rays, hits: Hits, sums: Sums, tally: T
     rays, hits = rays.take(looks), hits.take(looks)
     for lamp in scene.lamps:
         found, radiance = _met(scene, lamp, rays, hits, tally)
-        if len(found) == 0:
-            continue
-        seen = rays.take(found)
-        tally.add("lamps", len(found))
-        sums.add_radiance(seen.sample, seen.throughput * radiance, seen.branch)
-        if sums.signatures is not None:
-            sums.signatures.add_lamp(seen, lamp.key)
+        if len(found):
+            yield lamp, rays.take(found), radiance
 
 
 def _met(scene: CompiledScene, lamp: CompiledLight, rays: Rays, hits: Hits, tally: Tally) -> tuple[Numbers, Float32]:

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from ..scene import AreaLight, Float32, Float64, Light, PointLight, SpotLight, SunLight
 from .constants import FAR_AREA_RATIO, NEAR_BALL, SPOT_BLEND_FLOOR
+from .form_factors import ellipse_form_factor, form_factor
 from .sampler import UInt32, disk, hash32
-from .vectors import Array, count, cross, dot, matrix_times, orthonormal_basis, select, take
+from .vectors import Array, count, dot, matrix_times, orthonormal_basis, select, take
 
 Bools = NDArray[np.bool_]
 
@@ -41,7 +42,8 @@ class CompiledLight:
     @property
     def is_black(self) -> bool:
         """Cannot light anything."""
-        return not self.color.any() or (self.light.diffuse == 0 and self.light.specular == 0)
+        light = self.light
+        return not self.color.any() or light.diffuse == light.specular == light.transmission == 0
 
     @property
     def is_unseen(self) -> bool:
@@ -237,15 +239,13 @@ def spot_factor(light: SpotLight, offset: Float32) -> Float32:
 def _illuminate_area(
     light: AreaLight, compiled: CompiledLight, point: Float32, normal: Float32, least_distance: Float32
 ) -> Illumination:
-    """Lambert's form factor for the diffuse part; for the highlight a point at the centre of the same solid angle.
+    """Its form factor for the diffuse part; for Phong's highlight a point at the centre of the same solid angle.
 
-    An ellipse counts as the rectangle of the same area. The highlight's solid angle A cos / (d^2 + A / 2 pi) is right
-    from afar and never more than a half space.
+    That solid angle, A cos / (d^2 + A / 2 pi), is right from afar and never more than a half space.
     """
     u, v = (np.array(a, np.float64) for a in (light.axis_u, light.axis_v))
-    area = 4 * float(np.sqrt((np.cross(u, v) ** 2).sum()))
-    if light.shape == "ELLIPSE":
-        u, v, area = u * np.sqrt(np.pi) / 2, v * np.sqrt(np.pi) / 2, area * np.pi / 4
+    is_round = light.shape == "ELLIPSE"
+    area = (np.pi if is_round else 4) * float(np.sqrt((np.cross(u, v) ** 2).sum()))
     wi, d2 = _towards(compiled, point, least_distance)
     shines = np.array(light.direction, np.float32)[:, None]
     front = np.maximum(-dot(shines, wi), np.float32(0))
@@ -255,9 +255,8 @@ def _illuminate_area(
     reach2 = FAR_AREA_RATIO**2 * float((u * u).sum() + (v * v).sum())
     near = select((d2 < reach2) & (front > 0))
     if count(near, len(d2)):
-        corners = [(su * u + sv * v).astype(np.float32)[:, None] for su, sv in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        toward = compiled.position - take(point, near)
-        diffuse[near] = np.float32(np.pi) * form_factor([toward + c for c in corners], take(normal, near))
+        toward, facing = compiled.position - take(point, near), take(normal, near)
+        diffuse[near] = np.float32(np.pi) * _form_factor(toward, u, v, is_round, facing)
     if np.isfinite(light.range):
         window = range_window(d2, light.range)
         specular *= window
@@ -265,38 +264,14 @@ def _illuminate_area(
     return Illumination(wi, cosine, diffuse, specular, d2)
 
 
-def form_factor(corners: list[Array], normal: Array) -> Array:
-    """Irradiance over pi radiance (n,) from a quadrilateral of either winding, clipped at the horizon: Lambert 1760.
-
-    E / L = 1/2 sum over edges of angle(a, b) n.(a x b)/|a x b| (Arvo 1994, sec. 4), over the part above the horizon.
-    What clipping opens is closed along the horizon, from where the outline goes down to where it comes up again.
-
-    corners : four (3, n) arrays, relative to the point.
-    """
-    heights = [dot(c, normal) for c in corners]
-    total = np.zeros_like(heights[0])
-    down, up = np.zeros_like(corners[0]), np.zeros_like(corners[0])
-    clipped = np.zeros(len(total), bool)
-    for i, j in ((0, 1), (1, 2), (2, 3), (3, 0)):
-        a, b, ha, hb = corners[i], corners[j], heights[i], heights[j]
-        above_a, above_b = ha > 0, hb > 0
-        crossing = above_a != above_b
-        if crossing.any():
-            s = ha / np.where(crossing, ha - hb, np.float32(1))
-            horizon = a + (b - a) * s
-            sinks, rises = crossing & above_a, crossing & above_b
-            down, up = np.where(sinks, horizon, down), np.where(rises, horizon, up)
-            a, b = np.where(rises, horizon, a), np.where(sinks, horizon, b)
-            clipped |= crossing
-        total += np.where(above_a | above_b, _edge_term(a, b, normal), np.float32(0))
-    if clipped.any():
-        total += np.where(clipped, _edge_term(down, up, normal), np.float32(0))
-    return np.asarray(np.abs(total) * np.float32(0.5 / np.pi))
-
-
-def _edge_term(a: Array, b: Array, normal: Array) -> Array:
-    """angle(a, b) n.(a x b) / |a x b|, 0 for edges that point at the receiver."""
-    c = cross(a, b)
-    length = np.sqrt(dot(c, c))
-    angle = np.arctan2(length, dot(a, b))
-    return angle * dot(c, normal) / np.where(length > 0, length, np.float32(1))
+def _form_factor(toward: Float32, u: Float64, v: Float64, is_round: bool, normal: Float32) -> Array:
+    """(n,) of area lights with half edges or half axes u, v (3,), seen from points `toward` (3, n) before them."""
+    if not is_round:
+        corners = [(su * u + sv * v).astype(np.float32)[:, None] for su, sv in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+        return form_factor([toward + corner for corner in corners], normal)
+    frame = (*orthonormal_basis(normal), normal)
+    center, *axes = (
+        np.stack([dot(axis, a.astype(axis.dtype)) for axis in frame]).astype(np.float64)
+        for a in (toward, u[:, None], v[:, None])
+    )
+    return ellipse_form_factor(center, axes[0], axes[1])

@@ -1,12 +1,15 @@
 """Which medium lies on either side of a hit: the one place that decides the relative index of refraction.
 
-A *solid* is a closed body that transmits: a mesh whose every edge joins two triangles of like winding, facing outward,
-or an analytic sphere. Every ray carries the solids that it is inside of (nested dielectrics, Schmidt & Budge 2002), as
-rows of their ranks in no order. Where solids overlap, the one of the *lowest rank*, the smallest in size, displaces the
-others: the bubble the water, the water the glass. That is the same from whichever side a ray comes. The rules:
+A *solid* is a closed body that transmits: a part of a mesh whose every edge joins two triangles of like winding, facing
+outward, or an analytic sphere. Every ray carries the solids that it is inside of (nested dielectrics, Schmidt & Budge
+2002), in rows, in no order: the rank of each, and how often the ray is inside of it, for a body may go through itself
+and the parts of one mesh may overlap. Where it is turned inside out that counts backwards, below 0 too: what is left
+there is in no medium, and no fault. Where solids overlap, the one of the *lowest rank*, the smallest in size, displaces
+the others: the bubble the water, the water the glass. That is the same from whichever side a ray comes. The rules:
 
 * An IOR is that of the solid itself, against vacuum: a bubble in water is a solid of IOR 1.
 * An interface of a solid that another one displaces there is none: rays pass it unbent and unreflected, only tinted.
+  Likewise an interface within the solid itself, where the ray is inside of it before and after.
 * What is no solid - an open sheet, a body turned inside out - bounds its own medium against whatever it lies in, and
   nobody tracks it: coming from outside eta = ior, from inside 1 / ior.
 * A body thinner than float32 resolves is a thin wall: both of its faces at once, T = (1 - R) / (1 + R), without bend.
@@ -24,15 +27,27 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .accel import traceable
-from .constants import MAX_PROBE_CROSSINGS
+from .constants import MAX_PROBE_CROSSINGS, RANK_BITS
+from .near import Near
 from .primitives import PrimitiveSet
 from .rays import Rays, offset_origin, origin_offset
 from .tally import Tally
-from .vectors import flatnonzero
+from .vectors import flatnonzero, signs
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 Stack = NDArray[np.int32]
+"""(rows, n). Each row holds the rank of a solid that a ray is inside of, or `count`. More than once inside of it, each
+time more adds AGAIN; as often outside of it as inside leaves no row, and once more than that a negative one."""
+
+AGAIN = np.int32(1 << RANK_BITS)
+RANKS = AGAIN - np.int32(1)
+DEEPEST = (1 << 31 - RANK_BITS) - 1
+
+
+def innermost(stack: Stack, vacuum: int) -> Stack:
+    """The rank (n,) of the medium of each stack (rows, n): the lowest; that of vacuum if there is none."""
+    return np.asarray(np.where(stack < 0, np.int32(vacuum), stack & RANKS).min(axis=0, initial=vacuum))
 
 
 def relative_ior(ior: Float64, entering: Bools) -> Float64:
@@ -42,7 +57,7 @@ def relative_ior(ior: Float64, entering: Bools) -> Float64:
 
 def transmittance(absorption: Float64, stack: Stack, distance: Float64) -> Float64:
     """exp(-absorption distance), (3, n), in the innermost of the solids of each stack (rows, n): Beer-Lambert."""
-    sigma = absorption.take(stack.min(axis=0, initial=absorption.shape[1] - 1), axis=1)
+    sigma = absorption.take(innermost(stack, absorption.shape[1] - 1), axis=1)
     result = np.ones(sigma.shape)
     for channel in range(3):
         within = flatnonzero(sigma[channel])  # nowhere else: 0 times an infinite distance is no number
@@ -60,6 +75,7 @@ class Media:
     thin      : (np,) bool, primitives of thin walls; None: there are none.
     low, high : (count, 3) float64, bounds of the solids.
     absorption, shadow_absorption : (3, count + 1) float64, 1/m, for all rays and for shadow rays; None: none absorbs.
+    near      : the triangles of different parts that come near one another; None: none do.
     """
 
     rank: Stack = field(default_factory=lambda: np.zeros(0, np.int32))
@@ -70,6 +86,7 @@ class Media:
     high: Float64 = field(default_factory=lambda: np.zeros((0, 3)))
     absorption: Float64 | None = None
     shadow_absorption: Float64 | None = None
+    near: Near | None = None
 
     @property
     def count(self) -> int:
@@ -94,7 +111,7 @@ class Media:
 
     def without(self, stack: Stack, gone: Bools) -> Stack:
         """Stacks (rows, n) in which the solids `gone` (count + 1,) are no longer."""
-        return np.where(gone.take(stack), np.int32(self.count), stack) if gone.any() else stack
+        return np.where(gone.take(stack & RANKS), np.int32(self.count), stack) if gone.any() else stack
 
     def is_thin(self, prim: Numbers) -> Bools | None:
         """(n,) whether hits are on thin walls; None: no primitive is one."""
@@ -105,8 +122,7 @@ class Media:
         if self.rows == 0:
             return relative_ior(ior, entering)
         own = self.rank.take(prim)
-        around = self._around(stack, own, entering)
-        hidden = own >= around
+        around, hidden = self._around(stack, own, entering)
         outer = self.ior.take(around)
         unknown = flatnonzero(own == self.count)  # no solids: against whatever they lie in
         outer[unknown], hidden[unknown] = 1.0, False
@@ -115,30 +131,37 @@ class Media:
         result[hidden] = 1.0
         return result
 
-    def _around(self, stack: Stack, own: Stack, entering: Bools) -> Stack:
-        """Rank (n,) of the medium outside an interface of solid `own`: the lowest but for one appearance of it."""
-        skip = ~entering
-        lowest = np.full(stack.shape[1], self.count, np.int32)
+    def _around(self, stack: Stack, own: Stack, entering: Bools) -> tuple[Stack, Bools]:
+        """Rank (n,) of the medium outside an interface of solid `own`, and whether (n,) nothing changes there."""
+        leaving, vacuum = ~entering, np.int32(self.count)
+        lowest, within = np.full(stack.shape[1], vacuum), np.zeros(stack.shape[1], bool)
         for row in stack:
-            itself = row == own
-            itself &= skip
-            skip &= ~itself
-            if itself.any():
-                row = np.where(itself, np.int32(self.count), row)
-            np.minimum(lowest, row, out=lowest)
-        return lowest
+            rank, backwards = row & RANKS, row < 0
+            out = (row == own) & leaving
+            if backwards.any():
+                within |= backwards & (rank == own) & (leaving | (row < -AGAIN - AGAIN))
+                out |= backwards
+            np.minimum(lowest, np.where(out, vacuum, rank) if out.any() else rank, out=lowest)
+        return lowest, (own >= lowest) | within
 
     def cross(self, stack: Stack, prim: Numbers, entering: Bools, tally: Tally) -> Stack:
-        """The stack behind an interface. Leaving a solid that a ray is not in, or one too many, loses the medium."""
+        """The stack behind an interface. What finds no room, or is too deep in one solid, loses its medium."""
         if self.rows == 0:
             return stack
-        own = self.rank.take(prim)
-        nothing = np.int32(self.count)
-        old, new = np.where(entering, nothing, own), np.where(entering, own, nothing)
+        own, nothing = self.rank.take(prim), np.int32(self.count)
+        step = AGAIN * signs(entering).astype(np.int32)
         pending = own < self.count
         result = stack.copy()
         for row in result:
-            here = pending & (row == old)
+            here = pending & (row & RANKS == own)
+            pending &= ~here
+            lost = here & (np.abs((row >> RANK_BITS) + 1) >= DEEPEST)
+            new = row + np.where(lost, np.int32(0), step)
+            np.copyto(row, np.where(new >> RANK_BITS == -1, nothing, new), where=here)
+            tally.add("lost_media", np.count_nonzero(lost))
+        new = np.where(entering, own, own - AGAIN - AGAIN)
+        for row in result:
+            here = pending & (row == nothing)
             np.copyto(row, new, where=here)
             pending &= ~here
         tally.add("lost_media", np.count_nonzero(pending))
@@ -175,16 +198,17 @@ class Media:
         ray, solid, sign = self._crossings(origin[:, sound], -direction[:, sound], solids(), tally)
         ray = sound[ray]
         pairs, inverse = np.unique(ray * (self.count + 1) + solid, return_inverse=True)
-        within = pairs[np.bincount(inverse, sign, minlength=len(pairs)) > 0] if len(pairs) else pairs
-        self._fill(stack, within // (self.count + 1), within % (self.count + 1))
+        depth = np.bincount(inverse.reshape(-1), sign, minlength=len(pairs)).astype(np.intp)
+        pairs, depth = pairs[depth != 0], depth[depth != 0]
+        self._fill(stack, pairs // (self.count + 1), pairs % (self.count + 1) + (depth - 1) * int(AGAIN))
         return stack
 
-    def _fill(self, stack: Stack, ray: Numbers, solid: Numbers) -> None:
-        """Put solids into the stacks of rays, both sorted by ray."""
+    def _fill(self, stack: Stack, ray: Numbers, rows: Numbers) -> None:
+        """Put rows (n,) into the stacks of rays (n,), sorted by ray."""
         first = np.searchsorted(ray, ray)
         row = np.arange(len(ray)) - first
         fits = row < self.rows
-        stack[row[fits], ray[fits]] = solid[fits]
+        stack[row[fits], ray[fits]] = rows[fits]
 
     def _crossings(
         self, origin: Float32, direction: Float32, solids: PrimitiveSet, tally: Tally

@@ -27,6 +27,7 @@ from .signature import Signatures, identities
 from .sums import BRANCHES, Sums, wanted_parts
 from .tally import Tally
 from .totals import Totals
+from .unfinished import count_samples
 from .whitted import trace_rays
 
 Progress = Callable[[float], bool]
@@ -230,7 +231,7 @@ class Passes:
             sampler = Sampler(pixel_keys(*self.grid.at(pixels), settings.seed), work.first, work.count)
             sums = Sums.zeros(
                 len(pixels), work.count, settings.cutoff, wanted_parts(settings), settings.max_depth,
-                max(settings.rough_samples, 1),
+                max(settings.rough_samples, 1), sampler,
             )  # fmt: skip
             if work.signed and self.identity is not None:
                 nothing = np.zeros(len(pixels) * work.count, np.uint32)
@@ -242,6 +243,8 @@ class Passes:
                 trace_rays(self.scene, blocks, work.seen, sums, tally, check, sampler=draws)
             except _TooLate:
                 return tally, False
+            count_samples(sums, tally)
+            sums.close()
             self.totals.add(pixels, sums, work.first)
         return tally, True
 

@@ -24,6 +24,7 @@ from .camera import project, spread_on_lens
 from .casters import Casters, find_casters
 from .compiled import CompiledScene
 from .constants import MAX_STRAIGHT_PASSES, SHADOW_REACH
+from .crossings import with_sides
 from .emission import emit, fading
 from .interaction import Interaction, interact
 from .lights import CompiledLight
@@ -156,6 +157,7 @@ class _Tracer:
             rays, hits = rays.take(chosen), hits.take(chosen)
             at, t = interact(self.scene.geometry, self.scene.surfaces, hits, rays), hits.t
             at = resolve(self.scene.geometry, at, t)
+            at = with_sides(self.scene.geometry, self.scene.media, rays, at, t)
             travelled[rays.sample] += t
             if wave == 0:
                 self._arrive(beam, rays, at, t, tally)

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from ..scene import Film, Float32, Scene, Settings
+from . import unfinished
 from .cast import raster_shadow
 from .compiled import CompiledScene
 from .constants import FILL_SAMPLES
@@ -120,6 +121,7 @@ class _Frame:
             self._work_on_raster()
             if self.scene.backing is not None and self.shadow is not None:
                 self.scene.backing.shade(self.shadow, self.caustic)
+        unfinished.forget(self.tally)
         self.sampling = together([self._take(strip) for strip in strips_of(self.width, self.height, self.wanted)])
         self._report(1.0)
         taken = time.perf_counter()
@@ -196,7 +198,7 @@ class _Frame:
         )
         self._skip("shadow rays", "the light that they ask for is within the cutoff", counts["shadow_cut"])
         self._skip("rays", "their share of the picture is within the cutoff", counts["cut"])
-        self._skip("rays", "more at once than are followed of one sample, the lightest", counts["crowded"])
+        self._skip("rays", "too many of one sample: others, drawn by lot, stand for them", counts["crowded"])
         entries = [{"what": what, "why": why, "count": n} for (what, why), n in self.skipped.items() if n]
         kinds = ("camera", "reflected", "refracted", "straight", "shadow", "shadow_steps", "occlusion", "dropped")
         invariants = ("lost_media", "self_hits", "barycentrics_out_of_range", "negative_radiance", "nan_pixels")
@@ -217,6 +219,7 @@ class _Frame:
             caustic=self.caustic,
             passes=self._passes(parts),
             hits={name: counts[name] for name in ("backed", "not_backed")},
+            ended=unfinished.found(self.tally),
         )
 
     def _saved(self) -> dict[str, int]:

@@ -6,7 +6,8 @@ catch are drawn again instead, by Smith's masking. So no light is lost or won, w
 equations share out light by the microfacet's angle.
 
 A camera ray's first rough hit counts as `Settings.rough_samples` hits, each with its own microfacet and its share of
-the weight; later ones draw one.
+the weight; later ones draw one. With 0 of them no ray follows what is rough: it shows the world's blurred image, in the
+direction of the mirror or straight through, and never becomes sharp.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from .interaction import Interaction
 from .layers import masking
 from .rays import Rays
 from .sampler import Draws, hash32
-from .scattering import reflect
+from .scattering import reflect, reflecting_normal
 from .vectors import Array, dot, flatnonzero, largest_component, normalize, orthonormal_basis
 
 Bools = NDArray[np.bool_]
@@ -85,8 +86,9 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Dr
     is_coat = draws.square(LOBE)[0] < odds
     chance = np.where(both, np.where(is_coat, odds, 1 - odds), np.float32(1))
     roughness = np.where(is_coat, coat, lobe)
-    facing = flatnonzero(wide & (roughness > MIRROR_ROUGHNESS) & (dot(at.wo, at.n_shading) > 0))
-    normals = np.array(at.n_shading)
+    normals = reflecting_normal(at.wo, at.n_shading, at.n_geometric)
+    facing = flatnonzero(wide & (roughness > MIRROR_ROUGHNESS) & (dot(at.wo, normals) > 0))
+    normals = np.where(wide, normals, at.n_shading)
     redraw = (at.value("interface") == 0).take(facing)
     normals[:, facing] = _microfacets(
         at.wo[:, facing], normals[:, facing], roughness[facing] ** 2, redraw, draws.take(facing)
@@ -146,3 +148,11 @@ def visible_normal(wo: Float32, n: Float32, alpha: Float32, square: tuple[Float3
     sin = np.sqrt(np.maximum(1 - cap * cap, 0))
     hx, hy, hz = sin * np.cos(phi) + x, sin * np.sin(phi) + y, np.maximum(cap + z, np.float32(0))
     return normalize(tangent * (hx * alpha) + bitangent * (hy * alpha) + n * hz).astype(np.float32, copy=False)
+
+
+def are_blurred(scene: CompiledScene, at: Interaction) -> Bools | None:
+    """(n,) hits whose base is rough and that no ray is to follow; None: there are none."""
+    if scene.settings.rough_samples > 0 or not scene.surfaces.rough.any():
+        return None
+    found = scene.surfaces.rough.take(at.surface) & (at.value("lobe_roughness") > MIRROR_ROUGHNESS)
+    return found if found.any() else None

@@ -86,12 +86,52 @@ def refract(wo: Float64, n: Float64, cos_i: Float64, eta: Float64) -> Float64:
     return (n * (cos_i - g) - wo) / eta
 
 
-def keep_outside(w: Float32, n_geometric: Float32, wo: Float32) -> Float32:
-    """Lift directions (3, n) that a smooth normal sends through the surface back to its outer side.
+def reflecting_normal(wo: Float32, n: Float32, n_geometric: Float32) -> Float32:
+    """Normals (3, n), turned towards the geometric one where the mirror direction of `n` would go into the surface.
 
-    The idea of Cycles' ensure_valid_specular_reflection: w leaves with a cosine of at least min(0.9 n_g.wo, 0.01).
+    Only as far as takes it out again, with the cosine t of `_least_cosine`: Cycles' ensure_valid_specular_reflection.
+    n' = x X + z n_g, X the direction of n along the surface and (wo_x, wo_z) that of wo in this frame, reflects wo to
+    2 (n'.wo) n' - wo, whose component along n_g is t where z^2 = (b +- sqrt(b^2 - 4 a c)) / (4 a) with
+    a = wo_x^2 + wo_z^2, b = 2 (a + wo_z t), c = (t + wo_z)^2: - where wo_x > 0, the steeper one.
     """
-    least = np.minimum(OUTER_COSINE_SHARE * np.abs(dot(wo, n_geometric)), np.float32(MIN_OUTER_COSINE))
+    least = _least_cosine(wo, n_geometric)
+    sunk = flatnonzero(dot(reflect(wo, n), n_geometric) < least)
+    if len(sunk) == 0:
+        return n
+    up, eye = take(n_geometric, sunk).astype(np.float64), take(wo, sunk).astype(np.float64)
+    along = take(n, sunk).astype(np.float64)
+    along -= up * dot(along, up)
+    along /= np.maximum(np.sqrt(dot(along, along)), LEAST_COSINE)
+    t, x, z = least[sunk].astype(np.float64), dot(eye, along), np.maximum(dot(eye, up), 0)
+    a = np.maximum(x * x + z * z, LEAST_COSINE**2)
+    b = 2 * (a + z * t)
+    root = np.sqrt(np.maximum(b * b - 4 * a * (t + z) ** 2, 0))
+    steep2 = np.clip((b + np.where(x < 0, root, -root)) / (4 * a), 0, 1)
+    turned = normalize(along * np.sqrt(1 - steep2) + up * np.sqrt(steep2))
+    return put(n, sunk, turned.astype(np.float32))
+
+
+def _least_cosine(wo: Float32, n_geometric: Float32) -> Float32:
+    """(n,) of directions that leave a surface, with its geometric normal: at least min(0.9 n_g.wo, 0.01)."""
+    return np.minimum(OUTER_COSINE_SHARE * np.abs(dot(wo, n_geometric)), np.float32(MIN_OUTER_COSINE))
+
+
+def above(wo: Float32, n: Float32, cos: Float32) -> tuple[Float32, Float32]:
+    """Directions to the eye (3, n), lifted to the plane of n where they lie below it, and their cosines > 0 with n.
+
+    cos : (n,) n.wo.
+    EEVEE's highlights, fitted by linearly transformed cosines, are those of a surface seen edge on there.
+    """
+    sunk = flatnonzero(cos < LEAST_COSINE)
+    if len(sunk) == 0:
+        return wo, cos
+    lifted = normalize(take(wo, sunk) + take(n, sunk) * (np.float32(LEAST_COSINE) - cos[sunk]))
+    return put(wo, sunk, lifted), np.maximum(cos, np.float32(LEAST_COSINE))
+
+
+def keep_outside(w: Float32, n_geometric: Float32, wo: Float32) -> Float32:
+    """Lift directions (3, n) that a smooth normal sends through the surface back to its outer side."""
+    least = _least_cosine(wo, n_geometric)
     lift = least - dot(w, n_geometric)
     sunk = flatnonzero(lift > 0)
     if len(sunk) == 0:

@@ -18,7 +18,7 @@ from .interaction import Interaction
 from .lights import CompiledLight, Illumination, illuminate
 from .ltc import Lobe, ggx_lobe, highlight
 from .occlusion import open_share
-from .scattering import half_way, mirrored, phong, schlick
+from .scattering import above, half_way, mirrored, phong, schlick
 from .shadows import TOGETHER, Origins, visible_shares
 from .tally import Tally
 from .vectors import Index, add, count, dot, flatnonzero, select, take
@@ -161,7 +161,7 @@ def _add_ambient(scene: CompiledScene, hit: Interaction, color: Float32, radianc
 
 def _glossy(hit: Interaction) -> list[tuple[Index, Float32, Lobe]]:
     """The rough lobes of layered surfaces that lamps may light: of the base, then of the coat."""
-    shines = hit.table.layered.take(hit.surface) & hit.has_highlight & (hit.cos_o > 0)
+    shines = hit.table.layered.take(hit.surface) & hit.has_highlight
     shines &= hit.table.shades_specular.take(hit.surface)
     found = []
     for name in ("lobe", "coat") if shines.any() else ():
@@ -177,13 +177,14 @@ def _glossy(hit: Interaction) -> list[tuple[Index, Float32, Lobe]]:
 def _add_phong(hit: Interaction, lit: Illumination, light: CompiledLight, arriving: Float32) -> None:
     """Add Phong's highlight to arriving (3, n): only where a surface has one and faces the light."""
     table = hit.table
-    shines = (lit.specular > 0) & (lit.cosine > 0) & (hit.cos_o > 0)
+    wo, cos_o = above(hit.wo, hit.n_shading, hit.cos_o)
+    shines = (lit.specular > 0) & (lit.cosine > 0)
     shines &= table.shades_specular.take(hit.surface) & ~table.layered.take(hit.surface)
     index = select(shines)
     if count(index, len(shines)) == 0:
         return
-    cos_i, cos_o = take(lit.cosine, index), take(hit.cos_o, index)
-    sin2_h, wo_h = half_way(take(lit.wi, index), take(hit.wo, index), take(hit.n_shading, index))
+    cos_i, cos_o = take(lit.cosine, index), take(cos_o, index)
+    sin2_h, wo_h = half_way(take(lit.wi, index), take(wo, index), take(hit.n_shading, index))
     lobe = phong(sin2_h, cos_i, cos_o, wo_h, hit.value("exponent", index))
     color = schlick(hit.value("specular", index), wo_h) * lobe
     color *= take(lit.specular, index) * np.float32(light.light.specular)

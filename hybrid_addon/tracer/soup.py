@@ -30,6 +30,7 @@ class Soup:
     smooth: Bools
     corner_data: Float32 | None  # (nt, 3 k)
     object: Int32
+    source: Int32  # number of the triangle in its mesh
     surface: Int32
     flags: Bools  # (5, nt) ray_traced, camera, shadow, secondary, moves
     dropped: int
@@ -91,7 +92,7 @@ def no_triangles() -> Soup:
     none = np.zeros(0, np.int32)
     return Soup(
         np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32), np.zeros((0, 4)), np.zeros((0, 8)),
-        np.zeros(0, np.float32), None, np.zeros(0, bool), None, none, none, np.zeros((5, 0), bool), 0,
+        np.zeros(0, np.float32), None, np.zeros(0, bool), None, none, none, none, np.zeros((5, 0), bool), 0,
     )  # fmt: skip
 
 
@@ -121,6 +122,7 @@ def join(parts: list[Soup]) -> Soup:
         smooth=np.concatenate([p.smooth for p in parts]),
         corner_data=either("corner_data"),
         object=np.concatenate([p.object for p in parts]),
+        source=np.concatenate([p.source for p in parts]),
         surface=np.concatenate([p.surface for p in parts]),
         flags=np.concatenate([p.flags for p in parts], axis=1),
         dropped=sum(p.dropped for p in parts),

@@ -9,15 +9,16 @@ from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
 from .compiled import CompiledScene
-from .constants import MAX_BRANCHES, MAX_STRAIGHT_PASSES, MIRROR_ROUGHNESS
+from .constants import MAX_STRAIGHT_PASSES, MIRROR_ROUGHNESS
 from .interaction import Interaction
 from .rays import NO_BRANCH, REFLECTED_RAY, REFLECTION, REFRACTION, TRANSMITTED_RAY, Rays
-from .rough import roughen
-from .scattering import both_faces, fresnel_dielectric, keep_outside, reflect, refract
+from .rough import are_blurred, roughen
+from .scattering import both_faces, fresnel_dielectric, keep_outside, mirrored, reflect, reflecting_normal, refract
 from .signature import REFLECTED, TRANSMITTED, child_path
 from .sums import Sums
 from .tally import Tally
-from .vectors import Index, count, flatnonzero, largest_component, most, normalize, select, take
+from .unfinished import count_ended, in_units
+from .vectors import Index, count, flatnonzero, largest_component, most, normalize, put, select, take
 
 Bools = NDArray[np.bool_]
 
@@ -51,7 +52,10 @@ def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: S
     if drawn is not None:
         split.reflected, split.transmitted = drawn.share(split.reflected, split.transmitted, split.bends)
         split.unlit = at.has_highlight & drawn.is_rough
-    reflect_too, transmit_too = _followed(scene, rays, split, sums, tally)
+    blurred = are_blurred(scene, at)
+    if blurred is not None:
+        _add_blurred(scene, rays, at, split, blurred, sums)
+    reflect_too, transmit_too = _followed(scene, rays, at, split, sums, tally)
     return children(scene, rays, at, t, split, reflect_too, transmit_too, tally)
 
 
@@ -89,6 +93,8 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
         ior, prim = at.table.ior.take(take(at.surface, optical)), take(at.prim, optical)
         cosine = np.clip(take(at.cos_o, optical), 0, 1).astype(np.float64)
         relative = scene.media.eta(take(rays.media, optical), prim, ior, take(outside, optical))
+        if at.sides is not None:
+            at.sides.amend_eta(relative, optical)
         relative[~take(is_optical, optical)] = 1.0
         cos_i[optical], eta[optical] = cosine, relative
         fresnel[optical] = fresnel_dielectric(cosine, relative)
@@ -106,11 +112,31 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
     )
 
 
-def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally: Tally) -> tuple[Bools, Bools]:
+def _add_blurred(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, blurred: Bools, sums: Sums) -> None:
+    """Let hits whose base is `blurred` (n,) show the world's blurred image: in the mirror's direction, and straight on.
+
+    What is left to rays is what a smooth coat reflects, and what goes straight on.
+    """
+    index = flatnonzero(blurred)
+    smooth = at.value("coat_roughness", index) <= MIRROR_ROUGHNESS
+    coat = np.where(smooth, at.value("coat", index) - at.value("coat_blurred", index), np.float32(0))
+    sharp = np.minimum(take(rays.throughput, index) * coat, take(split.reflected, index))
+    if scene.plan.world:
+        roughness, wo, n = at.value("lobe_roughness", index), take(at.wo, index), take(at.n_shading, index)
+        light = (take(split.reflected, index) - sharp) * scene.world.glossy(mirrored(wo, n, roughness), roughness)
+        light += take(split.transmitted, index) * take(split.bends, index) * scene.world.glossy(-wo, roughness)
+        sums.add_radiance(take(rays.sample, index), light, take(rays.branch, index))
+    split.reflected = put(split.reflected, index, sharp)
+    split.transmitted = np.where(blurred & split.bends, np.float32(0), split.transmitted)
+
+
+def _followed(
+    scene: CompiledScene, rays: Rays, at: Interaction, split: Split, sums: Sums, tally: Tally
+) -> tuple[Bools, Bools]:
     """Which reflected and which transmitted rays go on: those with a weight, within depth, worth their work.
 
-    What the depth or the cutoff ends, or what is one of too many, is residual. Camera rays that pass straight through
-    are never cut: the film's alpha counts them.
+    What the depth or the cutoff ends, or what is one of too many, is residual; of those that are too many, some stand
+    for the others. Camera rays that pass straight through are never cut: the film's alpha counts them.
     """
     may_bounce = rays.depth < scene.settings.max_depth
     may_pass = (may_bounce & split.bends) | ((rays.passes < MAX_STRAIGHT_PASSES) & ~split.bends)
@@ -118,40 +144,41 @@ def _followed(scene: CompiledScene, rays: Rays, split: Split, sums: Sums, tally:
     reflected, transmitted = largest_component(split.reflected), largest_component(split.transmitted)
     if not weightless:
         tally.add("weightless", 2 * len(rays) - np.count_nonzero(reflected) - np.count_nonzero(transmitted))
-    reflects = _within(rays, reflected, may_bounce, sums, weightless)
-    transmits = _within(rays, transmitted, may_pass, sums, weightless)
-    if sums.spent is None and np.count_nonzero(reflects) + np.count_nonzero(transmits) <= MAX_BRANCHES:
-        return reflects, transmits
-    weight = np.concatenate(
-        [
-            reflected * reflects,
-            transmitted * (transmits & (split.bends | ~rays.camera)),
-        ]
-    )
+    place = scene.geometry.object.take(at.prim)
+    reflects = _within(rays, place, reflected, may_bounce, sums, weightless, tally)
+    transmits = _within(rays, place, transmitted, may_pass, sums, weightless, tally)
+    weight = np.concatenate([reflected * reflects, transmitted * (transmits & (split.bends | ~rays.camera))])
     sample = np.concatenate([rays.sample, rays.sample])
-    for name, choose in (("cut", sums.cuttable), ("crowded", sums.crowded)):
-        ended = choose(sample, weight)
-        if ended.any():
-            weight[ended] = 0
-            for largest, follows, lost in zip(
-                (reflected, transmitted), (reflects, transmits), ended.reshape(2, -1), strict=True
-            ):
-                index = flatnonzero(lost)
-                sums.add_residual(rays.sample[index], largest.take(index))
-                follows &= ~lost
-                tally.add(name, len(index))
+    ended = sums.cuttable(sample, weight)
+    if ended.any():
+        tally.add("cut", np.count_nonzero(ended))
+        sums.add_residual(sample[ended], weight[ended])
+        tally.add("lost_to_cutoff", in_units(weight[ended]).sum())
+        weight[ended] = 0
+        reflects, transmits = reflects & ~ended[: len(rays)], transmits & ~ended[len(rays) :]
+    factor = sums.drawn(sample, weight)
+    if factor is not None:
+        tally.add("crowded", np.count_nonzero(factor == 0))
+        for light, changed, follows in zip(
+            (split.reflected, split.transmitted), factor.reshape(2, -1), (reflects, transmits), strict=True
+        ):
+            light *= changed.astype(np.float32)
+            follows &= changed > 0
     return reflects, transmits
 
 
-def _within(rays: Rays, weight: Float32, limit: Bools, sums: Sums, weightless: bool) -> Bools:
+def _within(
+    rays: Rays, place: NDArray[np.intp], weight: Float32, limit: Bools, sums: Sums, weightless: bool, tally: Tally
+) -> Bools:
     """The hits that may spawn a ray: a weight (n,) left, and within limits; what the limit cuts is residual.
 
-    weightless : rays without a weight are wanted, too.
+    place : (n,) the objects that are hit.   weightless : rays without a weight are wanted, too.
     """
     wanted = (weight != 0) | weightless
     cut = flatnonzero(wanted & ~limit)
     if len(cut):
         sums.add_residual(rays.sample[cut], weight[cut])
+        count_ended(place[cut], weight[cut], tally)
     return wanted & limit
 
 
@@ -185,13 +212,15 @@ def _child_branch(branch: NDArray[np.uint8], kind: np.uint32) -> NDArray[np.uint
 
 
 def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, tally: Tally) -> Rays:
-    wo = take(at.wo, index)
-    direction = normalize(reflect(wo, take(at.n_shading, index)))
+    wo, normal = take(at.wo, index), take(at.n_shading, index)
     if at.n_shading is not at.n_geometric:
-        direction = keep_outside(direction, take(at.n_geometric, index), wo)
+        normal = reflecting_normal(wo, normal, take(at.n_geometric, index))
+    direction = normalize(reflect(wo, normal))
     tally.add("reflected", direction.shape[1])
     child = _child(rays, at, index, take(at.outer, index), direction, split.reflected, True)
     child.unlit = take(split.unlit, index)
+    if at.sides is not None:
+        child.media = at.sides.amend(child.media, index, beyond=False)
     return child
 
 
@@ -204,8 +233,18 @@ def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, 
         direction = keep_outside(direction, -take(at.n_geometric, index), wo)
     tally.add("refracted", direction.shape[1])
     child = _child(rays, at, index, at.inner(index), direction, split.transmitted, False)
-    child.media = scene.media.cross(child.media, take(at.prim, index), take(at.entering, index), tally)
+    if scene.plan.rough and scene.plan.specular:
+        child.unlit = child.unlit | take(at.glows, index)
+    child.media = _beyond(scene, child.media, at, index, tally)
     return child
+
+
+def _beyond(
+    scene: CompiledScene, media: NDArray[np.int32], at: Interaction, index: Index, tally: Tally
+) -> NDArray[np.int32]:
+    """Media (rows, m) of rays that go on behind the hits `index`, from those before."""
+    media = scene.media.cross(media, take(at.prim, index), take(at.entering, index), tally)
+    return media if at.sides is None else at.sides.amend(media, index, beyond=True)
 
 
 def _straight(
@@ -217,6 +256,6 @@ def _straight(
     child.passes = child.passes + np.int16(1)
     child.t_max = (take(rays.t_max, index) - take(t, index)).astype(np.float32)
     child.kind, child.receiver = take(rays.kind, index), take(rays.receiver, index)
-    child.media = scene.media.cross(child.media, take(at.prim, index), take(at.entering, index), tally)
+    child.media = _beyond(scene, child.media, at, index, tally)
     tally.add("straight", len(child))
     return child

@@ -130,6 +130,7 @@ class _Splitter:
             smooth=mesh.smooth[source],
             corner_data=data,
             object=mesh.object[source],
+            source=mesh.source[source],
             surface=mesh.surface[source],
             flags=mesh.flags[:, source],
             split=count - len(self.parent),

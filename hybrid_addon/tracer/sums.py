@@ -13,14 +13,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64, Settings
-from .constants import BUDGET_BITS, BUDGET_UNIT, FAINT_LIGHT, LIGHT_BUDGET, MAX_BRANCHES
+from .constants import (
+    BUDGET_BITS,
+    BUDGET_UNIT,
+    FAINT_LIGHT,
+    LIGHT_BUDGET,
+    MAX_BRANCHES,
+    MOST_RAYS,
+    RAYS_AHEAD,
+)
+from .lots import draw
 from .rays import REFLECTION, REFRACTION
+from .sampler import Draws, Sampler
 from .signature import Signatures
 from .vectors import flatnonzero, largest_component
 
 Numbers = NDArray[np.intp]
 
-HEAVIEST = np.iinfo(np.int32).max
+LOT = np.uint32(0x51ED270B)
+"""The dimension of the random numbers that choose among branches."""
+
 HEAVIEST_KEY = np.iinfo(np.int64).max
 
 LIGHT_PASSES = {"reflection": 3, "refraction": 3, "raster_backed": 1}
@@ -47,6 +59,9 @@ class Sums:
     generation : (n,) int16, bounces of each sample's rays that are being followed.
     depth    : most bounces, over which the limit is released (see `allowed`).
     first    : how many rays a camera ray may become at once, where it hits what is rough.
+    sampler  : of the portion; None: samples are told apart by their numbers alone.
+    followed : (n,) int64, how many rays each sample has become.   most_rays : the most that it may; 0: no limit.
+    stood_for : (n,) the part of the residual that other rays stand for (see `drawn`).
     light_limit, unlit : the same for light that is not asked for (see `cut_light`).
     spent    : (n,) int64, throughput that each sample has lost so far, in the same units; None without a limit.
     scratch  : (n,) int64, working space: zeros between calls.
@@ -56,7 +71,10 @@ class Sums:
     seen: Float64
     residual: Float64
     scratch: NDArray[np.int64]
+    followed: NDArray[np.int64]
+    stood_for: Float64
     count: int = 1
+    most_rays: int = 0
     limit: int = 0
     spent: NDArray[np.int64] | None = None
     light_limit: int = 0
@@ -65,6 +83,7 @@ class Sums:
     parts: dict[str, Float64] = field(default_factory=dict)
     depth: int = 0
     first: int = 1
+    sampler: Sampler | None = None
 
     def __post_init__(self) -> None:
         """What follows from the others."""
@@ -73,26 +92,36 @@ class Sums:
 
     @classmethod
     def zeros(
-        cls, m: int, count: int = 1, cutoff: float = 0.0, parts: Iterable[str] = (), depth: int = 0, first: int = 1
+        cls,
+        m: int,
+        count: int = 1,
+        cutoff: float = 0.0,
+        parts: Iterable[str] = (),
+        depth: int = 0,
+        first: int = 1,
+        sampler: Sampler | None = None,
     ) -> Sums:
         """Nothing yet.
 
-        cutoff : throughput that each sample may lose.   parts : light passes that are wanted.   depth, first : of the
-        class.
+        cutoff : throughput that each sample may lose.   parts : light passes that are wanted.   depth, first, sampler :
+        of the class.
         """
         light_limit = int(cutoff * LIGHT_BUDGET / BUDGET_UNIT)
         limit = int(cutoff / BUDGET_UNIT) - light_limit
         names = list(parts)
         # One array: large ones are given in pages of 2 MB, five hundred times as few.
-        rows = np.zeros((8 + sum(LIGHT_PASSES[name] for name in names), m * count))
-        spent, unlit, scratch = rows[5:8].view(np.int64)
-        place = 8 + np.cumsum([LIGHT_PASSES[name] for name in names])
+        rows = np.zeros((10 + sum(LIGHT_PASSES[name] for name in names), m * count))
+        spent, unlit, scratch, followed = rows[5:9].view(np.int64)
+        place = 10 + np.cumsum([LIGHT_PASSES[name] for name in names])
         return cls(
             rows[:3],
             rows[3],
             rows[4],
             scratch,
+            followed,
+            rows[9],
             count,
+            max(MOST_RAYS, int(1 / cutoff)) * first if limit else 0,
             limit,
             spent if limit else None,
             light_limit=light_limit,
@@ -100,6 +129,7 @@ class Sums:
             parts={name: rows[end - LIGHT_PASSES[name] : end] for name, end in zip(names, place.tolist(), strict=True)},
             depth=depth,
             first=first,
+            sampler=sampler,
         )
 
     def next_generation(self, sample: Numbers) -> None:
@@ -187,24 +217,45 @@ class Sums:
         np.add.at(self.residual, owner[fits], lost[fits].astype(np.float64))
         return faint[fits]
 
-    def crowded(self, sample: Numbers, weight: Float32) -> NDArray[np.bool_]:
-        """Which branches of weight (n,) of samples (n,) are one too many: all but a sample's MAX_BRANCHES heaviest."""
-        result = np.zeros(len(weight), bool)
-        # Each generation has at most twice the branches of the one before.
-        many = self.generation.take(sample) >= (MAX_BRANCHES // self.first).bit_length() - 1
-        there = flatnonzero(many & (weight > 0))
-        if len(there) <= MAX_BRANCHES:
-            return result
-        owner = sample[there]
-        there = there[self._sum_of_each(owner, np.ones(len(owner), np.int64)) > MAX_BRANCHES]
-        if len(there) == 0:
-            return result
-        lightness = HEAVIEST - weight[there].view(np.int32).astype(np.int64)  # floats that are not < 0 sort as integers
-        there = there[_argsort(sample[there], lightness)]
-        starts = flatnonzero(np.diff(sample[there], prepend=-1))
-        rank = np.arange(len(there)) - np.repeat(starts, np.diff(starts, append=len(there)))
-        result[there[rank >= MAX_BRANCHES]] = True
-        return result
+    def drawn(self, sample: Numbers, weight: Float32) -> Float64 | None:
+        """By what branches of weight (n,) of samples (n,) are to be multiplied, (n,), so that they are not too many.
+
+        0 for those that are not followed: that is residual. See `lots`. None: all are followed, and are none too many.
+        """
+        there = flatnonzero(weight > 0)
+        if self.most_rays == 0 and len(there) <= MAX_BRANCHES:
+            return None
+        owner = sample.take(there)
+        number = self._sum_of_each(owner, np.ones(len(owner), np.int64))
+        most = np.full(len(owner), MAX_BRANCHES * self.first)
+        if self.most_rays:
+            left = self.most_rays - self.followed.take(owner)
+            np.minimum(most, -(-left // RAYS_AHEAD), out=most)
+            np.maximum(most, 1, out=most)  # the last one goes on for all
+        many = flatnonzero(number > most)
+        if len(many) == 0:
+            np.add.at(self.followed, owner, 1)
+            return None
+        factor = np.ones(len(weight))
+        some, cost = owner[many], budget_units(weight.take(there[many]))
+        factor[there[many]] = draw(some, cost, most[many], self._chances(some))
+        np.add.at(self.followed, owner[factor[there] > 0], 1)
+        left_out = there[factor[there] == 0]
+        lost = weight.take(left_out).astype(np.float64)
+        for total in (self.residual, self.stood_for):
+            np.add.at(total, sample.take(left_out), lost)
+        return factor
+
+    def close(self) -> None:
+        """All is followed: where others stand for rays, no more than all of the light can be wrong."""
+        np.minimum(self.residual, np.maximum(self.residual - self.stood_for, 1.0), out=self.residual)
+
+    def _chances(self, sample: Numbers) -> Float64:
+        """A random number (n,) for each sample (n,) and generation, strictly between 0 and 1."""
+        unknown = Sampler(np.arange(len(self.seen) // self.count, dtype=np.uint32), 0, self.count)
+        way = self.generation.take(sample).astype(np.uint32)
+        chance = Draws(self.sampler or unknown, sample, way).square(LOT)[0]
+        return np.asarray((chance.astype(np.float64) * (1 - BUDGET_UNIT)) + BUDGET_UNIT / 2)
 
     def _sum_of_each(self, owner: Numbers, cost: NDArray[np.int64]) -> NDArray[np.int64]:
         """What all costs (n,) of the same owner (n,) add up to: (n,)."""
@@ -212,23 +263,6 @@ class Sums:
         total = self.scratch.take(owner)
         self.scratch[owner] = 0
         return total
-
-
-def _argsort(owner: Numbers, cost: NDArray[np.int64]) -> Numbers:
-    """Order by owner, then cost; equal ones keep their order.
-
-    Numpy's vectorised sort, seven times as fast as lexsort, does not keep it: equal ones are sorted once more.
-    """
-    key = (owner << BUDGET_BITS) | cost
-    order = np.argsort(key)
-    key = key[order]
-    equal = flatnonzero(key[1:] == key[:-1])
-    if len(equal):
-        tied = np.zeros(len(key), bool)
-        tied[equal] = tied[equal + 1] = True
-        equal = flatnonzero(tied)
-        order[equal] = order[equal][np.lexsort((order[equal], key[equal]))]
-    return order
 
 
 def budget_units(weight: Float32) -> NDArray[np.int64]:

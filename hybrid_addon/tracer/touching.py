@@ -6,6 +6,7 @@ Only what is near is compared: boxes of triangles in a row are asked first, then
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,34 +23,50 @@ BLOCK = 256
 """Triangles in a row that are looked at together: mostly neighbours."""
 
 
+COLUMNS = "size", "low", "high", "extent", "thickness", "surface"
+
+
 @dataclass(eq=False)
 class Bodies:
-    """Candidates for solids, one column each: closed meshes that transmit, then spheres.
+    """Closed bodies that transmit, b of them: parts of meshes, then spheres; or groups of such parts.
 
-    first, size : (b,) their primitives first .. first + size - 1.
-    low, high   : (b, 3) bounds.   extent : (b,) largest |coordinate|.   thickness : (b,) signed, 2 volume / area.
+    prims     : (p,) their primitives, body by body; each body's ascending.
+    size      : (b,) how many each has.
+    low, high : (b, 3) bounds.   extent : (b,) largest |coordinate|.   thickness : (b,) signed, 2 volume / area.
+    surface   : (b,) what it is made of: the surface of its first primitive that transmits.
     """
 
-    first: Numbers
+    prims: Numbers
     size: Numbers
     low: Float64
     high: Float64
     extent: Float64
     thickness: Float64
+    surface: Numbers
+
+    def __len__(self) -> int:
+        return len(self.size)
+
+    @cached_property
+    def starts(self) -> Numbers:
+        """(b,) where each begins among `prims`."""
+        return np.cumsum(self.size) - self.size
+
+    def of(self, body: int) -> Numbers:
+        """The primitives of one body."""
+        start = int(self.starts[body])
+        return self.prims[start : start + int(self.size[body])]
 
     def take(self, index: Numbers) -> Bodies:
         """The bodies `index`, in that order."""
-        return Bodies(*(getattr(self, n)[index] for n in ("first", "size", "low", "high", "extent", "thickness")))
-
-
-def primitives_of(bodies: Bodies) -> Numbers:
-    """All primitives of bodies, body by body."""
-    parts = [np.arange(f, f + n) for f, n in zip(bodies.first.tolist(), bodies.size.tolist(), strict=True)]
-    return np.concatenate([np.zeros(0, np.intp), *parts])
+        size = self.size[index]
+        within = np.arange(int(size.sum())) - np.repeat(np.cumsum(size) - size, size)
+        prims = self.prims[np.repeat(self.starts[index], size) + within]
+        return Bodies(prims, *(getattr(self, name)[index] for name in COLUMNS))
 
 
 @dataclass(eq=False)
-class _Boxes:
+class Boxes:
     """Boxes low, high (p, 3) of primitives, with room for what touches them, margin (p,), and of each BLOCK of them in
     a row."""
 
@@ -80,7 +97,7 @@ class _Boxes:
 def neighbour_extent(g: Geometry, solids: Bodies) -> Float64:
     """(b,) the largest extent of triangles and planes, of no solid, that each solid touches; 0: it touches none."""
     flat = np.ones(len(g.surface), bool)
-    flat[primitives_of(solids)] = False
+    flat[solids.prims] = False
     flat[g.triangle_count : g.triangle_count + g.sphere_count] = False
     others = np.flatnonzero(flat)
     triangles = others[others < g.triangle_count]
@@ -89,14 +106,14 @@ def neighbour_extent(g: Geometry, solids: Bodies) -> Float64:
     low, high = corner_bounds(g.vertices, g.triangles[triangles])
     everywhere = np.full((len(others) - len(triangles), 3), np.inf, np.float32)  # where planes are
     low, high = np.concatenate([low, -everywhere]), np.concatenate([high, everywhere])
-    boxes, result = _Boxes(low, high, margin), np.zeros(len(solids.first))
+    boxes, result = Boxes(low, high, margin), np.zeros(len(solids))
     for i in range(len(result)):
         own = SWELLING * float(solids.extent[i])
         points = _points(g, solids, i)
         for near in boxes.near(solids.low[i] - own, solids.high[i] + own):
             reach = own + margin[near]
             if points is None:
-                touched = near[_ball_touches(g, int(solids.first[i]), others[near], reach)]
+                touched = near[_ball_touches(g, int(solids.of(i)[0]), others[near], reach)]
             else:
                 around = (points >= low[near].min(axis=0) - own) & (points <= high[near].max(axis=0) + own)
                 touched = near[_touches(g, points[around.all(axis=1)], others[near], reach)]
@@ -106,10 +123,10 @@ def neighbour_extent(g: Geometry, solids: Bodies) -> Float64:
 
 def _points(g: Geometry, solids: Bodies, body: int) -> Float64 | None:
     """The vertices (n, 3) of a body; None: it is a sphere."""
-    first = int(solids.first[body])
-    if first >= g.triangle_count:
+    prims = solids.of(body)
+    if prims[0] >= g.triangle_count:
         return None
-    return g.vertices[used_of(g.triangles[first : first + int(solids.size[body])])].astype(np.float64)
+    return g.vertices[used_of(g.triangles[prims])].astype(np.float64)
 
 
 def _ball_touches(g: Geometry, first: int, prims: Numbers, reach: Float64) -> Bools:

@@ -33,7 +33,7 @@ def resolve(geometry: Geometry, at: Interaction, distance: Float64) -> Interacti
         return at
     worn = _worn(geometry, at.table, at.prim, at.surface, at.point, at.entering, at.n_shading, at.wo, distance)
     n_shading = _turned(worn, at.n_shading)
-    cos = np.abs(dot(at.wo, n_shading))
+    cos = np.maximum(dot(at.wo, n_shading), 0)  # one that looks away from the eye is seen edge on
     values = _with_expressions(at.table, worn, at.table.tabulated.look_up(at.surface, cos), cos)
     return replace(at, values=values, n_shading=n_shading)
 
@@ -84,12 +84,12 @@ def _worn(
 
 
 def _turned(worn: list[_Worn], n_shading: Float32) -> Float32:
-    """Shading normals (3, n) with normal maps applied."""
+    """Shading normals (3, n) with normal maps applied. These may look away from the eye, as in EEVEE and Cycles."""
     mapped = [one for one in worn if one.surface.normal is not None]
     result = n_shading.copy() if mapped else n_shading
     for one in mapped:
         assert one.surface.normal is not None
-        write(result, one.hits, one.data.facing_normal(one.evaluate(one.surface.normal)))
+        write(result, one.hits, one.data.unit_normal(one.evaluate(one.surface.normal)))
     return result
 
 

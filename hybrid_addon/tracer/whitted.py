@@ -19,6 +19,8 @@ from .accel import traceable
 from .backing import Backing
 from .compiled import CompiledScene
 from .constants import LONGEST_WAVE, MISS
+from .crossings import with_sides
+from .frosted import add_through
 from .interaction import Interaction, interact
 from .lamps import add_lamps
 from .primitives import Hits, PrimitiveSet
@@ -115,6 +117,7 @@ def _trace_wave(
     at = interact(scene.geometry, scene.surfaces, found, rays_hit)
     at = resolve(scene.geometry, at, found.t)
     at.media = None if scene.media.shadow_absorption is None else rays_hit.media
+    at = with_sides(scene.geometry, scene.media, rays_hit, at, found.t)
     at.lit = None if sums.signatures is None else np.zeros(len(rays_hit), np.uint32)
     at.draws = None if sampler is None else sampler.draws(rays_hit.sample, rays_hit.path)
 
@@ -243,7 +246,8 @@ def add_backed(
 
 
 def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tally: Tally) -> None:
-    """Add what the hits of the rays emit, and the light that they get from the lights and the world."""
+    """Add what the hits of the rays emit, and the light that they get from the lights and the world, rough glass also
+    from behind."""
     table = at.table
     if scene.plan.emission:
         glowing = select(table.emits.take(at.surface))
@@ -264,6 +268,8 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tal
                 sums.add_residual(sample[lost], largest_component(weight[:, lost]))
             if at.lit is not None and seen.lit is not None:
                 at.lit[shaded] = seen.lit
+    if scene.plan.rough and scene.plan.specular:
+        add_through(scene, rays, at, sums, tally)
 
 
 def _cut_light(weight: Float32, sample: NDArray[np.intp], sums: Sums, share: Float32) -> NDArray[np.intp]:

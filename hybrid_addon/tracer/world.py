@@ -9,7 +9,7 @@ from ..scene import Float32, Float64, SunLight, World
 from .blur import BLUR_ROUGHNESS, Images, blurred, levels, needed_levels
 from .sky import Sky
 from .textures import equirect_coordinates, lookup
-from .vectors import add, count, flatnonzero, select, take, write
+from .vectors import add, count, flatnonzero, normalize, select, take, write
 
 FIRST_ORDER = 0.488602512  # of the spherical harmonics along an axis
 DERING_LENGTH = 4 * np.pi * FIRST_ORDER * (FIRST_ORDER * 2 / 3 + 0.05)
@@ -70,6 +70,12 @@ class CompiledWorld:
             for image, weight in ((self._blurred[i], 1 - t), (self._blurred[i + 1], t)):
                 found = lookup(image, take(u, here), take(v, here), "REPEAT", "EXTEND")
                 add(result, here, weight * found[:3])
+        # What is smoother than the least blurred image lies between it and the sharp one.
+        sharper = select(roughness < BLUR_ROUGHNESS[0])
+        if count(sharper, len(roughness)):
+            share = take(roughness, sharper) / np.float32(BLUR_ROUGHNESS[0])
+            sharp = self._sky.radiance(normalize(take(direction, sharper)))
+            write(result, sharper, take(result, sharper) * share + sharp * (1 - share))
         return result
 
     def prepare_glossy(self, low: float, high: float) -> None:

@@ -93,6 +93,31 @@ def test_names_and_values_flag_other_objects(blend, tmp_path):
     assert not bpy.data.objects["Cube"].hybrid.ray_traced
 
 
+def test_a_word_that_is_given_twice_adds_to_itself(addon, tmp_path, capfd):
+    """For plan as for render; and the values are there."""
+
+    def add_ball(scene):
+        bpy.ops.mesh.primitive_uv_sphere_add(location=(0, 0, 3))
+        bpy.context.object.name = "Ball"
+        hybrid.unmark(bpy.data.objects["Cube"])
+
+    both = save(tmp_path / "both.blend", add_ball)
+    assert cli.main(["plan", str(both), "--ray-traced", "Ball", "--ray-traced", "Cube", "--opacity", "0.5"]) == 0
+    printed = capfd.readouterr().out
+    assert "ray traced: Cube, Ball" in printed or "ray traced: Ball, Cube" in printed
+    assert [ob.hybrid.opacity for ob in (bpy.data.objects["Ball"], bpy.data.objects["Cube"])] == [0.5, 0.5]
+    words = ["--ray-traced", "Ball", "--reflectivity", "1"]
+    assert cli.main(["advise", str(both), *words, "--json"]) == 0
+    printed = capfd.readouterr().out
+    advice = json.loads(printed[printed.index("{") :])
+    assert [e["object"] for e in advice["objects"] if e["ray_traced"]] == ["Ball"]
+    for verb in ("plan", "advise"):
+        refuse(capfd, [verb, str(both), "--ray-traced", "Bal"], "did you mean 'Ball'")
+        refuse(capfd, [verb, str(both), "--ior", "1.5"], "no object is ray traced")
+    refuse(capfd, ["report", str(both), "--output", str(tmp_path / "r"), "--ray-traced", "Bal"], "did you mean 'Ball'")
+    assert not (tmp_path / "r").exists()
+
+
 def test_plan_names_what_is_traced_and_what_is_left_out(blend, capfd):
     assert cli.main(["plan", str(blend)]) == 0
     printed = capfd.readouterr().out

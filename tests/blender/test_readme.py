@@ -11,7 +11,7 @@ from hybrid_addon.presets import QUALITY
 
 pytestmark = pytest.mark.blender
 README = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
-HIDDEN = {"rna_type", "name", "restore", "memory", "threads"}
+HIDDEN = {"rna_type", "name", "restore", "memory", "version", "threads"}
 
 
 @pytest.mark.parametrize("owner", ["Object", "Material", "Collection", "Scene"])
@@ -31,4 +31,4 @@ def test_readme_has_the_values_of_the_presets():
         cutoff = 1 / float(cells[4][2:]) if "/" in cells[4] else float(cells[4])
         values = (int(cells[1]), 0.0 if cells[2] == "off" else float(cells[2]), int(cells[3]), cutoff)
         assert values == (q.samples, q.adaptive, q.max_depth, pytest.approx(q.cutoff))
-        assert cells[5] == tooltip
+        assert (int(cells[5]), int(cells[6]), cells[7]) == (q.rough_samples, q.shadow_samples, tooltip)

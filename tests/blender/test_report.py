@@ -44,7 +44,7 @@ def report(written):
 
 
 def test_points_hold_what_they_cost_and_how_wrong_they_are(report):
-    assert report["schema"] == 2
+    assert report["schema"] == 3
     assert {p["preset"] for p in report["points"]} >= {"Draft", "Final", "Reference"}
     for point in report["points"]:
         assert set(point["error"]) == {"interior", "edges", "all"}

@@ -176,7 +176,7 @@ def test_what_eevee_would_draw_otherwise_is_refused(hybrid):
 def test_settings_that_change_what_eevee_draws_are_refused(hybrid):
     hybrid.hybrid.raster_backed = False
     render(hybrid)
-    refused(hybrid, "Traced Shadows", traced_shadows=True)
+    refused(hybrid, "Traced Shadows", traced_shadows=False)
     refused(hybrid, "Raster-Backed Hits", raster_backed=True)
     refused(hybrid, "settings", resolution=(24, 16))
     trace_again(hybrid)
@@ -217,3 +217,19 @@ def test_the_operator_says_why_it_is_greyed_out(hybrid):
     change(hybrid)
     assert bpy.ops.hybrid.retrace.poll()
     assert bpy.ops.hybrid.retrace() == {"FINISHED"} and not pipeline.retraced
+
+
+def test_a_snapshot_knows_what_is_given_to_geometry_nodes(scene):
+    cube = bpy.data.objects["Cube"]
+    group = bpy.data.node_groups.new("Nodes", "GeometryNodeTree")
+    group.interface.new_socket("In", in_out="INPUT", socket_type="NodeSocketGeometry")
+    name = group.interface.new_socket("Size", in_out="INPUT", socket_type="NodeSocketFloat").identifier
+    modifier = cube.modifiers.new("Nodes", "NODES")
+    modifier.node_group = group
+    before = Snapshot(scene)
+    assert before.reason(scene, thorough=True) == ""
+    if hasattr(modifier, "properties"):  # Blender 5.2
+        getattr(modifier.properties.inputs, name).value = 2.0
+    else:
+        modifier[name] = 2.0
+    assert "Cube" in before.reason(scene, thorough=True)

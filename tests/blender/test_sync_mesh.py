@@ -22,7 +22,7 @@ def mesh_of(vertices, faces, name="Mesh"):
 
 def translated(b_mesh, uv_names=(), warn=None):
     keys = [f"uv:{uv_name}" for uv_name in uv_names]
-    return translate_mesh(b_mesh, "Thing", keys, warn or Warnings())
+    return translate_mesh(b_mesh, "Thing", keys, warn or Warnings(), lambda: b_mesh)
 
 
 def areas(mesh):
@@ -101,6 +101,19 @@ def test_material_slots_follow_the_faces(scene):
     assert mesh.surface_slots.dtype == np.int32
     assert sorted(mesh.surface_slots.tolist()) == [0, 0, 3]
     assert mesh.triangles[mesh.surface_slots == 3].max() == 4
+
+
+@pytest.mark.parametrize("slots", [0, 1, 3])
+@pytest.mark.parametrize("index", [-1, -(2**31)])
+def test_a_face_without_a_slot_wears_the_first(scene, slots, index):
+    b_mesh = mesh_of([*QUAD, (0, 5, 0)], [(0, 1, 2, 3), (2, 4, 3)])
+    for _ in range(slots):
+        b_mesh.materials.append(None)
+    b_indices = b_mesh.attributes.get("material_index") or b_mesh.attributes.new("material_index", "INT", "FACE")
+    b_indices.data.foreach_set("value", [2, index])
+    assert sorted(translated(b_mesh).surface_slots.tolist()) == [0, 2, 2]
+    b_indices.data.foreach_set("value", [0, index])
+    assert translated(b_mesh).surface_slots is None
 
 
 def test_broken_vertices_stay_and_are_counted(scene):

@@ -51,8 +51,9 @@ def rendered(addon):
     r = SimpleNamespace()
     r.on = hybrid.render(scene, samples=4, traced_shadows=True)
     r.shadow = shadow_pass(scene)
-    r.off = hybrid.render(scene, samples=4)
+    r.off = hybrid.render(scene, samples=4, traced_shadows=False)
     r.untouched = shadow_pass(scene)
+    r.automatic = hybrid.render(scene, samples=4)
     r.visible = [b_object.visible_shadow for b_object in (*scene.objects, third)]
     r.bare = r.on.mask == 0
     return r
@@ -102,10 +103,15 @@ def columns(r, side):
 def test_switched_off_eevee_draws_the_shadows(rendered):
     assert (rendered.untouched == 1).all()
     np.testing.assert_array_equal(rendered.off.image[rendered.bare], rendered.off.raster[rendered.bare])
-    assert not rendered.off.report["settings"]["traced_shadows"]
+    assert rendered.off.report["settings"]["traced_shadows"] == "OFF"
+
+
+def test_automatic_traces_them_where_something_is_clear(rendered):
+    assert rendered.automatic.report["settings"]["traced_shadows"] == "AUTO"
+    np.testing.assert_array_equal(rendered.automatic.image, rendered.on.image)
 
 
 def test_nothing_of_the_scene_is_changed(rendered):
     assert all(rendered.visible)
-    assert rendered.on.report["settings"]["traced_shadows"]
+    assert rendered.on.report["settings"]["traced_shadows"] == "ON"
     assert rendered.on.report["warnings"] == []

@@ -76,8 +76,9 @@ def change_mode(dice):
     op(bpy.ops.wm.context_set_enum, data_path="scene.hybrid.mode", value=dice.choice(["HYBRID", "RASTER", "FULL"]))
 
 
-def change_shadows(_dice):
-    op(bpy.ops.wm.context_toggle, data_path="scene.hybrid.traced_shadows")
+def change_shadows(dice):
+    choice = dice.choice(["AUTO", "OFF", "ON"])
+    op(bpy.ops.wm.context_set_enum, data_path="scene.hybrid.traced_shadows", value=choice)
 
 
 def add_object(dice):

@@ -181,7 +181,7 @@ def ending(number: int) -> Iterator[float]:
         yield from picture(scene)
         assert np.abs(walked - shot).max() <= TOLERANCE, "another picture than by a fresh set-up"
         tree = nodes.compositor_tree(scene)
-        if not (scene.hybrid.traced_shadows or any(node.type in actions.OWN_NODES for node in tree.nodes)):
+        if not (pipeline.traces_shadows(scene) or any(node.type in actions.OWN_NODES for node in tree.nodes)):
             assert np.abs(walked - plain)[far_from(mask)].max(initial=0.0) <= TOLERANCE, "EEVEE's half is not EEVEE's"
     print(f"WALK {number} {len(ticked(scene))} ray traced, {mask.mean() * 100:.1f} % of the picture", flush=True)
     yield from without(scene.name, plain_shape[scene.name], plain if number % EVERY == 0 else None)

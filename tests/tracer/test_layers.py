@@ -155,13 +155,3 @@ def test_a_bump_tilts_the_normal_by_the_slope(build, strength, expected):
     s = build.scene((quad, Surface(base_color=(1, 1, 1), normal=normal)), lights=(light,))
     lit = trace(s, build.one_ray).radiance[8, 8, 0]
     assert lit == pytest.approx((1 - expected) / np.sqrt(1 + expected**2), rel=1e-3)
-
-
-def test_a_normal_map_turns_the_normal_along_the_tangent(build):
-    tangent = np.tile(np.array([1, 0, 0, 1], np.float32), (4, 1))
-    quad = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], attributes={"tangent:": tangent})
-    mapped = ((0.6 + 1) / 2, 0.5, (0.8 + 1) / 2)
-    frame = Expression("attribute", (), "tangent:"), Expression("attribute", (), "normal")
-    surface = Surface(base_color=(1, 1, 1), normal=ex.apply("normal_map", mapped, 1.0, *frame))
-    s = build.scene((quad, surface), lights=(SunLight("s", (1, 0, 1), (np.pi,) * 3),))
-    assert trace(s, build.one_ray).radiance[8, 8, 0] == pytest.approx((0.6 + 0.8) / np.sqrt(2), rel=1e-5)

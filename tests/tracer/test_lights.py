@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from hybrid_addon.scene import AreaLight, PointLight, SpotLight, SunLight
-from hybrid_addon.tracer.lights import compile_lights, form_factor, illuminate
+from hybrid_addon.tracer.form_factors import form_factor
+from hybrid_addon.tracer.lights import compile_lights, illuminate
 
 
 def light_up(light, points, normals, least=0.0, center=(0, 0, 0)):

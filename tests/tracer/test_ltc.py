@@ -9,9 +9,10 @@ import pytest
 
 from hybrid_addon.scene import AreaLight, PointLight, SunLight
 from hybrid_addon.tracer.constants import MIRROR_ROUGHNESS
+from hybrid_addon.tracer.form_factors import ball_form_factor, ellipse_form_factor
 from hybrid_addon.tracer.layers import masking
 from hybrid_addon.tracer.lights import compile_lights
-from hybrid_addon.tracer.ltc import ball_form_factor, ellipse_form_factor, ggx_lobe, highlight
+from hybrid_addon.tracer.ltc import ggx_lobe, highlight
 from hybrid_addon.tracer.scattering import reflect
 
 UP = np.array([[0.0], [0.0], [1.0]], np.float32)

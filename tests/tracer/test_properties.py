@@ -11,8 +11,9 @@ from hybrid_addon.scene import Camera, Lens
 from hybrid_addon.stability.build import make_scene, matte, mesh, rotation
 from hybrid_addon.tracer.accel import traceable
 from hybrid_addon.tracer.camera import generate_rays, near_plane, project, spread_on_lens
+from hybrid_addon.tracer.form_factors import form_factor
 from hybrid_addon.tracer.geometry import flatten
-from hybrid_addon.tracer.lights import form_factor, range_window
+from hybrid_addon.tracer.lights import range_window
 from hybrid_addon.tracer.media import relative_ior, transmittance
 from hybrid_addon.tracer.primitives import barycentrics
 from hybrid_addon.tracer.rays import offset_origin, origin_offset

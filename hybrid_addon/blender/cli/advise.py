@@ -9,6 +9,7 @@ from typing import Any
 
 from ...report.advice import sentence
 from .. import api
+from . import marks
 from .common import Verbs, open_file, say
 
 
@@ -17,11 +18,14 @@ def add(verbs: Verbs) -> None:
     advise = verbs.add_parser("advise", help="say which objects need rays, why, and what they would cost")
     advise.set_defaults(verb=_advise)
     advise.add_argument("file", type=Path, metavar="FILE")
+    marks.add(advise)
     advise.add_argument("--json", action="store_true", help="as JSON")
 
 
 def _advise(arguments: argparse.Namespace) -> None:
-    advice = api.advise(open_file(arguments.file))
+    scene = open_file(arguments.file)
+    marks.apply(scene, arguments)
+    advice = api.advise(scene)
     for line in json.dumps(advice, indent=1).splitlines() if arguments.json else _lines(advice):
         say(line, prefix="")
 

@@ -7,7 +7,6 @@ import json
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from .. import api, files, pipeline
 from ..errors import HybridError
 from . import frames
 from .common import say
+from .marks import find
 
 ALL = "all"
 PASSES = ("raster", "mask", "traced")
@@ -63,14 +63,6 @@ def choose_cameras(scene: bpy.types.Scene, names: Sequence[str] | None) -> list[
     for camera in chosen or [None]:
         api.check_camera(scene, camera)
     return chosen
-
-
-def find(known: dict[str, Any], name: str, kind: str, where: str) -> Any:
-    """An item by its name; HybridError, with the nearest name there is, if there is none."""
-    if name in known:
-        return known[name]
-    close = get_close_matches(name, known, n=1)
-    raise HybridError(f"no {kind} '{name}' in {where}" + (f"; did you mean '{close[0]}'?" if close else ""))
 
 
 def shots(arguments: argparse.Namespace, scenes: Sequence[bpy.types.Scene]) -> list[Shot]:

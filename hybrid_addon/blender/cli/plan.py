@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import api
+from . import marks
 from .common import Verbs, open_file, say
 
 
@@ -16,11 +17,13 @@ def add(verbs: Verbs) -> None:
     plan = verbs.add_parser("plan", help="say what would be traced and what is left out; traces nothing")
     plan.set_defaults(verb=_plan)
     plan.add_argument("file", type=Path, metavar="FILE")
+    marks.add(plan)
     plan.add_argument("--json", action="store_true", help="as JSON")
 
 
 def _plan(arguments: argparse.Namespace) -> None:
     scene = open_file(arguments.file)
+    marks.apply(scene, arguments)
     plan = api.plan(scene)
     for line in json.dumps(plan, indent=1).splitlines() if arguments.json else _lines(plan):
         say(line, prefix="")

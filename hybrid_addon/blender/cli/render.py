@@ -11,9 +11,9 @@ import bpy
 import numpy as np
 
 from ...presets import QUALITY
-from .. import api, flags, handoff, images, nodes
+from .. import api, handoff, images, nodes
 from ..errors import HybridError
-from . import batch, frames
+from . import batch, frames, marks
 from .common import Verbs, check_outputs, number, open_file, picture, resolution, say
 
 
@@ -32,8 +32,9 @@ def add(verbs: Verbs) -> None:
     when.add_argument("--frame", type=number(-limit, limit, int), metavar="N", help="default: the file's current frame")
     when.add_argument("--frames", type=_frames, metavar="LIST", help="as 1-10x2,15: every second from 1 to 10, and 15")
     when.add_argument("--animation", action="store_true", help="the file's frame range")
-    render.add_argument("--scene", nargs="+", metavar="NAME", help="'all': each that has a camera; default: the active")
-    render.add_argument("--camera", nargs="+", metavar="NAME", help="'all': every one; default: the scene's own")
+    several: dict[str, Any] = {"nargs": "+", "action": "extend", "metavar": "NAME"}
+    render.add_argument("--scene", **several, help="'all': each that has a camera; default: the active")
+    render.add_argument("--camera", **several, help="'all': every one; default: the scene's own")
     render.add_argument(
         "--skip-existing", action="store_true",
         help="leave out what is there already, and what another process renders at the moment",
@@ -41,10 +42,7 @@ def add(verbs: Verbs) -> None:
     render.add_argument("--file-outputs", action="store_true", help="let the file's own File Output nodes write too")
     render.add_argument("--progress", choices=batch.PROGRESS, default="text", help="openjd: for Open Job Description")
     render.add_argument("--mode", choices=("hybrid", "raster", "full"), help="default: the file's own")
-    render.add_argument("--ray-traced", nargs="+", metavar="NAME", help="flag these objects instead of the file's")
-    render.add_argument("--reflectivity", type=number(0, 1), metavar="X", help="of the ray traced objects, 0..1")
-    render.add_argument("--opacity", type=number(0, 1), metavar="X", help="of the ray traced objects, 0..1")
-    render.add_argument("--ior", type=number(1e-6, 1e6), metavar="X", help="of the ray traced objects")
+    marks.add(render)
     render.add_argument("--preset", choices=[key.lower() for key in QUALITY], help="options beside it win")
     render.add_argument("--samples", type=number(1, 65536, int), metavar="N", help="rays through each ray traced pixel")
     render.add_argument("--max-depth", type=number(0, 1024, int), metavar="N", help="bounces")
@@ -59,9 +57,10 @@ def add(verbs: Verbs) -> None:
     render.add_argument("--occlusion-distance", type=number(0, 1e6), metavar="METRES", help="0: as EEVEE's Fast GI")
     render.add_argument("--rough-samples", type=number(0, 64, int), metavar="N", help="0: rough mirrors are sharp")
     render.add_argument(
-        "--traced-shadows", action=argparse.BooleanOptionalAction,
-        help="trace the shadows of ray traced objects on what EEVEE draws, or leave them to EEVEE",
+        "--traced-shadows", nargs="?", const="on", choices=("auto", "off", "on"),
+        help="who draws the shadows of ray traced objects on what EEVEE draws: on, the ray tracer; off, EEVEE",
     )  # fmt: skip
+    render.add_argument("--no-traced-shadows", action="store_const", const="off", dest="traced_shadows", help="off")
     render.add_argument("--caustics", choices=("none", "simple", "photons"), help="of traced shadows")
     render.add_argument("--photons", type=number(1, 2e9, int), metavar="N", help="for caustics by photons")
     render.add_argument(
@@ -97,7 +96,7 @@ def _render(arguments: argparse.Namespace) -> None:
     check_outputs([path for path in (arguments.output, arguments.report) if path], *folders)
     scenes = batch.choose_scenes(open_file(arguments.file), arguments.scene)
     for scene in scenes:
-        _mark(scene, arguments)
+        marks.apply(scene, arguments)
     work = batch.shots(arguments, scenes)
     if arguments.handoff:
         _check_handoff(work, arguments)
@@ -190,20 +189,3 @@ def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, A
         images.write_exr(path, np.zeros_like(result.mask) if plane is None else plane)
     images.write_render_result(shot.picture, shot.scene)
     return result.report
-
-
-def _mark(scene: bpy.types.Scene, arguments: argparse.Namespace) -> None:
-    """Flag the named objects, with the values given; values without names go to all objects that are flagged."""
-    values = {name: getattr(arguments, name) for name in ("reflectivity", "opacity", "ior")}
-    own = {b_object.name: b_object for b_object in scene.objects}
-    if arguments.ray_traced:
-        flags.clear(scene)
-        chosen = [batch.find(own, name, "object", f"scene '{scene.name}'") for name in arguments.ray_traced]
-    else:
-        given = any(value is not None for value in values.values())
-        flagged = flags.Flags(scene)
-        chosen = [ob for ob in scene.objects if flagged.is_ray_traced(ob)] if given else []
-        if given and not chosen:
-            raise HybridError("no object is ray traced: name some with --ray-traced")
-    for b_object in chosen:
-        api.mark(b_object, **values)

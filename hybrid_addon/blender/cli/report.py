@@ -6,9 +6,13 @@ import argparse
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from ..errors import HybridError
+from . import marks
 from .common import Verbs, check_outputs, number, open_file, resolution, say
+
+CYCLES = (1, 4, 16, 64, 256)
 
 
 def add(verbs: Verbs) -> None:
@@ -20,11 +24,12 @@ def add(verbs: Verbs) -> None:
     report.add_argument("--mode", choices=("hybrid", "full"), help="default: the file's own")
     report.add_argument("--resolution", type=resolution, metavar="WxH", help="default: the file's, made smaller")
     report.add_argument("--threads", type=number(0, 1024, int), metavar="N", help="0: all cores")
-    whole, share = number(0, 1024, int), number(0, 1)
-    report.add_argument("--samples", nargs="+", type=number(1, 65536, int), metavar="N", help="to measure")
-    report.add_argument("--max-depth", nargs="+", type=whole, metavar="N", help="bounces to measure")
-    report.add_argument("--cutoff", nargs="+", type=share, metavar="X", help="to measure")
-    report.add_argument("--adaptive", nargs="+", type=number(0, 0.99), metavar="X", help="to measure")
+    marks.add(report)
+    several: dict[str, Any] = {"nargs": "+", "action": "extend"}
+    report.add_argument("--samples", **several, type=number(1, 65536, int), metavar="N", help="to measure")
+    report.add_argument("--max-depth", **several, type=number(0, 1024, int), metavar="N", help="bounces to measure")
+    report.add_argument("--cutoff", **several, type=number(0, 1), metavar="X", help="to measure")
+    report.add_argument("--adaptive", **several, type=number(0, 0.99), metavar="X", help="to measure")
     report.add_argument(
         "--reference-samples",
         type=number(2, 65536, int),
@@ -34,8 +39,8 @@ def add(verbs: Verbs) -> None:
     report.add_argument("--minutes", type=number(0.1, 10000), default=5.0, metavar="N", help="to measure in (5)")
     report.add_argument("--repeats", type=number(1, 100, int), metavar="N", help="timed runs of each setting")
     report.add_argument(
-        "--cycles", nargs="*", type=number(1, 65536, int), default=(1, 4, 16, 64, 256), metavar="N",
-        help="Cycles' samples to measure; none: leave Cycles out",
+        "--cycles", nargs="*", action="extend", type=number(1, 65536, int), metavar="N",
+        help=f"Cycles' samples to measure ({' '.join(map(str, CYCLES))}); none: leave Cycles out",
     )  # fmt: skip
 
 
@@ -51,6 +56,7 @@ def _report(arguments: argparse.Namespace) -> None:
     if not arguments.file.is_file():
         raise HybridError(f"no file '{arguments.file}'")  # before a folder is made for it
     scene, folder = open_file(arguments.file), arguments.output
+    marks.apply(scene, arguments)
     if arguments.threads is not None:
         scene.hybrid.threads = arguments.threads
     made = [path for path in (folder, *folder.parents) if not path.exists()]
@@ -58,7 +64,7 @@ def _report(arguments: argparse.Namespace) -> None:
         check_outputs([], folder)
         written = report.write(
             scene, folder, axes, mode=arguments.mode, resolution=arguments.resolution, minutes=arguments.minutes,
-            cycles_samples=arguments.cycles, say=say,
+            cycles_samples=CYCLES if arguments.cycles is None else arguments.cycles, say=say,
         )  # fmt: skip
     except BaseException:
         with suppress(OSError):  # the folders that were made for nothing, from the innermost

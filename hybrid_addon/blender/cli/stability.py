@@ -15,7 +15,9 @@ def add(verbs: Verbs) -> None:
     table.add_argument(
         "--output", type=Path, required=True, metavar="DIR", help="for stability.html and stability.json"
     )
-    table.add_argument("--only", nargs="+", default=[], metavar="NAME", help="these cases or themes only")
+    table.add_argument(
+        "--only", nargs="+", action="extend", default=[], metavar="NAME", help="these cases or themes only"
+    )
 
 
 def _stability(arguments: argparse.Namespace) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, cast
 
@@ -17,8 +18,11 @@ from .view import Rect, View
 if TYPE_CHECKING:
     from ...tracer import CompiledScene, Kept
 
-LEVELS = ((8, 1), (4, 1), (2, 1), (1, 1), (1, 4), (1, 16), (1, 64), (1, 256))
-"""(region pixels across one traced pixel, samples): each four times the work of the one before."""
+COARSE = (8, 4, 2)
+"""Region pixels across one traced pixel, at first."""
+
+TIMES = 4
+"""Each level is so many times the work of the one before."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +34,18 @@ class Picture:
     label: str
 
 
+def levels(samples: int) -> Iterator[tuple[int, int]]:
+    """(region pixels across one traced pixel, samples), the last ones all there are."""
+    yield from ((step, 1) for step in COARSE)
+    count = 1
+    while count < samples:
+        yield 1, count
+        count *= TIMES
+    yield 1, max(1, samples)
+
+
 class Job:
-    """Traces a translated scene as one view shows it.
+    """Traces a translated scene as one view shows it. budget: seconds; 0: until it has all samples.
 
     Raises nothing: `problem` is a line for people if the scene cannot be traced.
     """
@@ -91,13 +105,12 @@ class Job:
         if self.compiled is None:
             validate(self.scene, self.settings, None)
             self.compiled = CompiledScene(self.scene, self.settings, self._kept, pixels=0)  # what moves is on its own
-        self._deadline = time.perf_counter() + self.budget
-        for step, samples in LEVELS:
-            if samples > max(1, self.settings.samples):
-                return
+        if self.budget:
+            self._deadline = time.perf_counter() + self.budget
+        for step, samples in levels(self.settings.samples):
             settings = replace(self.settings, samples=samples)
             compiled = self.compiled.seen_from(self.view.camera(step), settings)
-            film = trace_compiled(compiled, progress=None if step == LEVELS[0][0] else self._goes_on)
+            film = trace_compiled(compiled, progress=None if step == COARSE[0] else self._goes_on)
             self._pictures.append(self._develop(film.radiance, film.coverage, step, samples))
 
     def _goes_on(self, _fraction: float) -> bool:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+
+import bmesh
 import bpy
 import numpy as np
 
@@ -14,13 +17,30 @@ FIELDS = {  # of an attribute's data type: the property to read, and its numbers
 }  # fmt: skip
 
 
-def corner_data(b_mesh: bpy.types.Mesh, key: str, name: str, warn: Warnings) -> Float32:
-    """(nc, width) float32 for "color:NAME", "generated", "object" or "tangent:UV MAP"; `name`: the object's."""
+TANGENT_CORNERS = 4  # of the largest faces for which Blender works out tangents
+CORNER = "hybrid_corner"  # attribute of a scratch mesh: which corner of the mesh each was
+
+Scratch = Callable[[], bpy.types.Mesh]
+
+
+def attributes_of(
+    b_mesh: bpy.types.Mesh, keys: Iterable[str], name: str, warn: Warnings, scratch: Scratch
+) -> dict[str, Float32]:
+    """(nc, width) float32 by key: "color:NAME", "generated", "object" or "tangent:UV MAP".
+
+    name    : the object's.
+    scratch : gives a mesh like this one that may be spoilt, this one itself if need be; asked for last.
+    """
+    wanted = sorted(keys)
+    tangents = [key for key in wanted if key.startswith("tangent:")]
+    found = {key: _plain(b_mesh, key, name, warn) for key in wanted if key not in tangents}
+    return found | _tangents(b_mesh, tangents, name, warn, scratch)
+
+
+def _plain(b_mesh: bpy.types.Mesh, key: str, name: str, warn: Warnings) -> Float32:
     kind, _, of = key.partition(":")
     if kind == "color":
         return _color(b_mesh, of, name, warn)
-    if kind == "tangent":
-        return _tangents(b_mesh, of, name, warn)
     of_vertices = _generated(b_mesh) if kind == "generated" else _of_vertices(b_mesh, "position", "vector", 3)
     return of_vertices[_vertex_of_corner(b_mesh)]
 
@@ -84,21 +104,55 @@ def _vertex_of_corner(b_mesh: bpy.types.Mesh) -> Int32:
     return values
 
 
-def _tangents(b_mesh: bpy.types.Mesh, of: str, name: str, warn: Warnings) -> Float32:
+def _tangents(
+    b_mesh: bpy.types.Mesh, keys: list[str], name: str, warn: Warnings, scratch: Scratch
+) -> dict[str, Float32]:
     """(nc, 4) MikkTSpace tangents and the sign of the bitangent; zeros (no normal map) without UV map."""
-    result = np.zeros((len(b_mesh.loops), 4), np.float32)
-    b_layer = uv_layer(b_mesh, of)
-    if b_layer is None:
-        warn.add(f"object {name!r} has no UV map {of!r} for its normal map, which is left out")
-        return result
+    count = len(b_mesh.loops)
+    found = {key: np.zeros((count, 4), np.float32) for key in keys}
+    layers: dict[str, str] = {}
+    for key in keys:
+        of = key.partition(":")[2]
+        b_layer = uv_layer(b_mesh, of)
+        if b_layer is None:
+            wanted = f"no UV map {of!r}" if of else "no UV map"
+            warn.add(f"object {name!r} has {wanted} for its normal map, which is left out")
+        else:
+            layers[key] = b_layer.name
+    if not layers:
+        return found
+    b_mesh, corner = _without_ngons(b_mesh, scratch)
+    tangent, sign = np.zeros((len(b_mesh.loops), 3), np.float32), np.zeros(len(b_mesh.loops), np.float32)
+    for key, uv_name in layers.items():
+        b_mesh.calc_tangents(uvmap=uv_name)
+        b_mesh.loops.foreach_get("tangent", tangent.reshape(-1))
+        b_mesh.loops.foreach_get("bitangent_sign", sign)
+        b_mesh.free_tangents()
+        found[key][corner, :3], found[key][corner, 3] = tangent, sign
+    return found
+
+
+def _without_ngons(b_mesh: bpy.types.Mesh, scratch: Scratch) -> tuple[bpy.types.Mesh, Int32 | slice]:
+    """A mesh whose faces have at most TANGENT_CORNERS corners, and which corner of `b_mesh` each of its corners was.
+
+    Blender works out tangents of triangles and quads alone; EEVEE's are those of the triangles that it cuts other
+    faces into. What triangles of one face meet at a corner agree there: they have its normal and texture coordinate.
+    """
+    sizes = np.zeros(len(b_mesh.polygons), np.int32)
+    b_mesh.polygons.foreach_get("loop_total", sizes)
+    if np.max(sizes, initial=0) <= TANGENT_CORNERS:
+        return b_mesh, slice(None)
+    b_cut = scratch()
+    b_cut.attributes.new(CORNER, "INT", "CORNER").data.foreach_set("value", np.arange(len(b_cut.loops), dtype=np.int32))
+    b_edit = bmesh.new()
     try:
-        b_mesh.calc_tangents(uvmap=b_layer.name)
-    except RuntimeError:  # faces of more than four corners: Blender's own limit
-        warn.add(f"object {name!r}: its normal map is left out: tangents need triangles and quads")
-        return result
-    tangent, sign = np.zeros(3 * len(result), np.float32), np.zeros(len(result), np.float32)
-    b_mesh.loops.foreach_get("tangent", tangent)
-    b_mesh.loops.foreach_get("bitangent_sign", sign)
-    b_mesh.free_tangents()
-    result[:, :3], result[:, 3] = tangent.reshape(-1, 3), sign
-    return result
+        b_edit.from_mesh(b_cut)
+        b_edit.faces.ensure_lookup_table()
+        large = [b_edit.faces[i] for i in np.flatnonzero(sizes > TANGENT_CORNERS).tolist()]
+        bmesh.ops.triangulate(b_edit, faces=large, ngon_method="EAR_CLIP")
+        b_edit.to_mesh(b_cut)
+    finally:
+        b_edit.free()
+    corner = np.zeros(len(b_cut.loops), np.int32)
+    b_cut.attributes[CORNER].data.foreach_get("value", corner)
+    return b_cut, corner

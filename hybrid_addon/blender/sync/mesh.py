@@ -8,14 +8,17 @@ import bpy
 import numpy as np
 
 from ...scene import Float32, Int32, TriangleMesh
-from .attributes import corner_data, uv_layer
+from .attributes import Scratch, attributes_of, uv_layer
 from .messages import Warnings
 
 
-def translate_mesh(b_mesh: bpy.types.Mesh, name: str, keys: Iterable[str], warn: Warnings) -> TriangleMesh | None:
+def translate_mesh(
+    b_mesh: bpy.types.Mesh, name: str, keys: Iterable[str], warn: Warnings, scratch: Scratch
+) -> TriangleMesh | None:
     """The mesh as triangles, or None if it has no face.
 
-    keys : the data of corners wanted (scene.TriangleMesh), such as "uv:Map", "color:Col"; "uv:" = active for rendering.
+    keys    : data of corners (scene.TriangleMesh), such as "uv:Map", "color:Col"; "uv:" = active for rendering.
+    scratch : gives a mesh like this one that may be spoilt, this one itself if need be.
     Vertices that are not finite are kept (the tracer drops their triangles) and reported by `name`, the object's.
     """
     b_mesh.calc_loop_triangles()
@@ -25,6 +28,7 @@ def translate_mesh(b_mesh: bpy.types.Mesh, name: str, keys: Iterable[str], warn:
     _warn_of_broken(vertices, name, warn)
     wanted = sorted(keys)
     uv_names = [key.removeprefix("uv:") for key in wanted if key.startswith("uv:")]
+    rest = [key for key in wanted if not key.startswith("uv:")]
     return TriangleMesh(
         name=b_mesh.name,
         vertices=vertices,
@@ -33,7 +37,7 @@ def translate_mesh(b_mesh: bpy.types.Mesh, name: str, keys: Iterable[str], warn:
         normals=_corner_normals(b_mesh),
         uv_maps={uv_name: _uv_map(b_mesh, uv_name, name, warn) for uv_name in uv_names},
         surface_slots=_surface_slots(b_mesh),
-        attributes={key: corner_data(b_mesh, key, name, warn) for key in wanted if not key.startswith("uv:")},
+        attributes=attributes_of(b_mesh, rest, name, warn, scratch),
     )
 
 
@@ -80,9 +84,10 @@ def _uv_map(b_mesh: bpy.types.Mesh, uv_name: str, name: str, warn: Warnings) -> 
 
 
 def _surface_slots(b_mesh: bpy.types.Mesh) -> Int32 | None:
-    """(nt,) int32 material slot of each triangle; None where all wear the first."""
+    """(nt,) int32 material slot of each triangle; None where all wear the first, as EEVEE's do that have none (-1)."""
     of_face = np.zeros(len(b_mesh.polygons), np.int32)
     b_mesh.polygons.foreach_get("material_index", of_face)
+    np.maximum(of_face, 0, out=of_face)
     if not of_face.any():
         return None
     face_of_triangle = np.zeros(len(b_mesh.loop_triangles), np.int32)

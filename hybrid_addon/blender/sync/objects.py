@@ -10,6 +10,8 @@ does not separate; here an object is left out of them only if both of Cycles' sw
 
 from __future__ import annotations
 
+from functools import partial
+
 import bpy
 import numpy as np
 
@@ -136,11 +138,10 @@ class Objects:
 
     def _translated(self, b_object: bpy.types.Object, keys: frozenset[str]) -> TriangleMesh | None:
         """Translated, and the last frame's if that is the same."""
-        if b_object.data.is_editmode:
-            mesh = translate_mesh(b_object.to_mesh(), b_object.name, keys, self._warn)
-            b_object.to_mesh_clear()
-        else:
-            mesh = translate_mesh(b_object.data, b_object.name, keys, self._warn)
+        b_mesh = b_object.to_mesh() if b_object.data.is_editmode else b_object.data
+        scratch = partial(_scratch, b_object, b_mesh)
+        mesh = translate_mesh(b_mesh, b_object.name, keys, self._warn, scratch)
+        b_object.to_mesh_clear()
         return None if mesh is None else self._kept.mesh((b_object.original.name_full, keys), mesh)
 
     # -------------------------------------------------------------------------------------------- warnings
@@ -164,6 +165,11 @@ class Objects:
         for b_system in getattr(b_object, "particle_systems", ()):
             if b_system.settings.type == "HAIR" and b_system.settings.render_type == "PATH":
                 self._warn.add(f"object {b_object.name!r}: hair is not ray traced")
+
+
+def _scratch(b_object: bpy.types.Object, b_mesh: bpy.types.Mesh) -> bpy.types.Mesh:
+    """A copy of the object's mesh, until `to_mesh_clear`; `b_mesh` itself if that is one."""
+    return b_mesh if b_object.data.is_editmode else b_object.to_mesh()
 
 
 def _is_hidden(b_instance: bpy.types.DepsgraphObjectInstance) -> bool:

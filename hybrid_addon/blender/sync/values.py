@@ -210,9 +210,13 @@ def _vector_rotate(node: Node, output: str, reader: NodeReader) -> Value:
 def _normal_map(node: Node, output: str, reader: NodeReader) -> Value | None:
     b_node = node.b_node
     mapped, strength = color(reader, node, "Color"), number(reader, node, "Strength")
+    if getattr(b_node, "convention", "OPENGL") == "DIRECTX":  # green counts downwards
+        mapped = ex.apply("multiply_add", mapped, (1.0, -1.0, 1.0), (0.0, 1.0, 0.0))
     if b_node.space == "TANGENT":
-        tangent = Expression("attribute", (), "tangent:" + b_node.uv_map)
-        return ex.apply("normal_map", mapped, strength, tangent, NORMAL)
+        tangent, normal = (
+            Expression("attribute", (), key) for key in ("tangent:" + b_node.uv_map, "interpolated_normal")
+        )
+        return ex.apply("normal_map", mapped, strength, tangent, normal)
     if b_node.space in ("WORLD", "BLENDER_WORLD"):
         flip = (1.0, -1.0, -1.0) if b_node.space == "BLENDER_WORLD" else (1.0, 1.0, 1.0)
         turned = ex.times(ex.apply("subtract", ex.times(2.0, mapped), 1.0), flip)

@@ -1,0 +1,51 @@
+"""Which objects are ray traced, and with what values: words that render, plan, advise and report share."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from difflib import get_close_matches
+from typing import Any
+
+import bpy
+
+from .. import api, flags
+from ..errors import HybridError
+from .common import number
+
+VALUES = ("reflectivity", "opacity", "ior")
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the words to a verb's parser."""
+    parser.add_argument(
+        "--ray-traced", nargs="+", action="extend", metavar="NAME", help="flag these objects instead of the file's"
+    )
+    parser.add_argument("--reflectivity", type=number(0, 1), metavar="X", help="of the ray traced objects, 0..1")
+    parser.add_argument("--opacity", type=number(0, 1), metavar="X", help="of the ray traced objects, 0..1")
+    parser.add_argument("--ior", type=number(1e-6, 1e6), metavar="X", help="of the ray traced objects")
+
+
+def apply(scene: bpy.types.Scene, arguments: argparse.Namespace) -> None:
+    """Flag the named objects, with the values given; values without names go to all objects that are flagged."""
+    values = {name: getattr(arguments, name) for name in VALUES}
+    own = {b_object.name: b_object for b_object in scene.objects}
+    if arguments.ray_traced:
+        flags.clear(scene)
+        chosen = [find(own, name, "object", f"scene '{scene.name}'") for name in arguments.ray_traced]
+    else:
+        given = any(value is not None for value in values.values())
+        flagged = flags.Flags(scene)
+        chosen = [ob for ob in scene.objects if flagged.is_ray_traced(ob)] if given else []
+        if given and not chosen:
+            raise HybridError("no object is ray traced: name some with --ray-traced")
+    for b_object in chosen:
+        api.mark(b_object, **values)
+
+
+def find(known: Mapping[str, Any], name: str, kind: str, where: str) -> Any:
+    """An item by its name; HybridError, with the nearest name there is, if there is none."""
+    if name in known:
+        return known[name]
+    close = get_close_matches(name, known, n=1)
+    raise HybridError(f"no {kind} '{name}' in {where}" + (f"; did you mean '{close[0]}'?" if close else ""))
