@@ -24,7 +24,7 @@ from .rays import REFLECTED_RAY, Rays, offset_origin, origin_offset
 from .shadows import visibility
 from .sums import Sums
 from .tally import Tally
-from .vectors import Array, count, dot, flatnonzero, select, take
+from .vectors import Array, count, dot, flatnonzero, no_brighter, select, take
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -38,13 +38,16 @@ def add_lamps(scene: CompiledScene, rays: Rays, hits: Hits, sums: Sums, tally: T
     if count(looks, len(rays)) == 0:
         return
     rays, hits = rays.take(looks), hits.take(looks)
+    # It is their direct light, a highlight of the surface that the ray has left, and limited as that is.
+    strength = np.float32(1 / scene.arriving.indirect) if scene.arriving.indirect else np.float32(0)
     for lamp in scene.lamps:
         found, radiance = _met(scene, lamp, rays, hits, tally)
         if len(found) == 0:
             continue
         seen = rays.take(found)
         tally.add("lamps", len(found))
-        sums.add_radiance(seen.sample, seen.throughput * radiance, seen.branch)
+        weighted = no_brighter(seen.throughput * (radiance * strength), scene.arriving.direct_limit)
+        sums.add_radiance(seen.sample, weighted, seen.branch)
         if sums.signatures is not None:
             sums.signatures.add_lamp(seen, lamp.key)
 
