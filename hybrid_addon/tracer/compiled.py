@@ -56,7 +56,7 @@ class CompiledScene:
     ) -> None:
         """kept: what an earlier frame has left, and what this one leaves. pixels: to be traced; None: all.
         once: for one picture with this camera and these settings, so that what no ray of it meets is left out."""
-        self.settings = settings
+        self.settings, self.arriving = settings, scene.arriving
         self._kept = Kept(0) if kept is None or "unchanged" in settings.keep else kept
         self._kept.begin(sum(len(scene.meshes[i.mesh].triangles) for i in scene.instances))
         prepared = prepare(scene, settings, self._kept, once)
