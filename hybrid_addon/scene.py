@@ -151,6 +151,9 @@ class Surface:
     absorption         : RGB, 1/m, >= 0: light that goes d metres through the solid keeps exp(-absorption d) of itself
                          (Beer-Lambert). Only closed bodies that transmit have an inside; where some overlap, the
                          smallest one's counts, as with ior.
+    culled             : its back faces are not there: rays pass as through nothing. Those of closed bodies that bend or
+                         absorb light are there: by them rays leave.
+    shadow_culled      : the same for shadow rays: what a light sees the back of is not in its way.
     approximate        : the translator could not follow all that it is made of: what the raster shows of it is nearer.
     """
 
@@ -180,6 +183,8 @@ class Surface:
     sheen_roughness: Number = 0.5
     sheen_tint: Color = WHITE
     absorption: RGB = BLACK
+    culled: bool = False
+    shadow_culled: bool = False
     approximate: bool = False
 
 
@@ -357,12 +362,14 @@ Light = PointLight | SpotLight | SunLight | AreaLight
 class WorldSun:
     """What of the world is brighter than `threshold` (its largest channel) lights as one sun does, as in EEVEE.
 
-    angle : radians, the diameter that this sun is given, for soft shadows and highlights.
+    angle    : radians, the diameter that this sun is given, for soft shadows and highlights.
+    strength : what its light is multiplied by.
     """
 
     threshold: float
     angle: float = 0.0
     cast_shadow: bool = True
+    strength: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -407,6 +414,23 @@ class Raster:
     albedo: Float32 | None = None
 
 
+@dataclass(frozen=True)
+class Arriving:
+    """What becomes of light where it arrives at a surface; what is no radiance is left alone: emission, the backdrop.
+
+    indirect       : what comes from the world, and by reflected and refracted rays, is multiplied by this, each time.
+    direct_limit   : what a surface sends on of all lights together is no brighter (largest channel), the hue kept; nor
+                     is the image of one in a mirror.
+    indirect_limit : nor is what one surface sends into a reflected or refracted ray (for the world: `World.limit`).
+
+    EEVEE's *Light Strength > Indirect* and *Clamping > Surface Direct, Surface Indirect*.
+    """
+
+    indirect: float = 1.0
+    direct_limit: float = float("inf")
+    indirect_limit: float = float("inf")
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """Everything that one frame needs. raster: the other half of the picture, if there is one to look at."""
@@ -419,6 +443,7 @@ class Scene:
     surfaces: tuple[Surface, ...] = ()
     lights: tuple[Light, ...] = ()
     world: World = field(default_factory=World)
+    arriving: Arriving = Arriving()
     raster: Raster | None = None
 
     @property

@@ -213,16 +213,8 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
         warnings.append(f"only view layer '{source.name}' is hybrid; drawn by EEVEE alone: {', '.join(others)}")
     if nodes.feeds_nothing(scene, source):
         warnings.append(f"the compositor does not use view layer '{source.name}': the ray traced half does not show")
-    if scene.eevee.use_raytracing and pipeline.effective_mode(scene) == "HYBRID":
-        warnings.append(
-            "EEVEE's Raytracing leaves ray traced objects out: flag what should mirror or refract them, too"
-        )
     if settings.traced_shadows != "OFF" and settings.caustics == "PHOTONS" and settings.mode == "FULL":
         warnings.append("Photons light what EEVEE draws, and in mode Full it draws nothing: use Simple caustics there")
-    if scene.render.use_multiview:
-        warnings.append("stereoscopy is not supported: the ray traced half shows one view")
-    if scene.render.use_sequencer and scene.sequence_editor and len(scene.sequence_editor.strips_all) > 0:
-        warnings.append("the video sequencer replaces the rendered picture: switch Post Processing > Sequencer off")
     return [*warnings, *shadows.warnings(scene)]
 
 

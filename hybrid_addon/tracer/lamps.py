@@ -26,7 +26,7 @@ from .rays import REFLECTED_RAY, Rays, offset_origin, origin_offset
 from .shadows import visibility
 from .sums import Sums
 from .tally import Tally
-from .vectors import Array, count, dot, flatnonzero, select, take
+from .vectors import Array, count, dot, flatnonzero, no_brighter, select, take
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -36,7 +36,7 @@ def add_lamps(scene: CompiledScene, rays: Rays, hits: Hits, sums: Sums, tally: T
     """Add the radiance of the lamps that rays (n,) meet before their hits."""
     for lamp, seen, radiance in lamps_met(scene, rays, hits, tally):
         tally.add("lamps", len(seen))
-        sums.add_radiance(seen.sample, seen.throughput * radiance, seen.branch)
+        sums.add_radiance(seen.sample, brought(scene, seen, radiance), seen.branch)
         if sums.signatures is not None:
             sums.signatures.add_lamp(seen, lamp.key)
 
@@ -51,10 +51,17 @@ def lamps_met(
     if count(looks, len(rays)) == 0:
         return
     rays, hits = rays.take(looks), hits.take(looks)
+    # It is their direct light, a highlight of the surface that the ray has left, and limited as that is.
+    strength = np.float32(1 / scene.arriving.indirect) if scene.arriving.indirect else np.float32(0)
     for lamp in scene.lamps:
         found, radiance = _met(scene, lamp, rays, hits, tally)
         if len(found):
-            yield lamp, rays.take(found), radiance
+            yield lamp, rays.take(found), radiance * strength
+
+
+def brought(scene: CompiledScene, rays: Rays, radiance: Float32) -> Float32:
+    """What the radiance (3, n) of a lamp adds to the samples of rays that meet it: no more than *Surface Direct*."""
+    return no_brighter(rays.throughput * radiance, scene.arriving.direct_limit)
 
 
 def _met(scene: CompiledScene, lamp: CompiledLight, rays: Rays, hits: Hits, tally: Tally) -> tuple[Numbers, Float32]:

@@ -21,7 +21,7 @@ from .occlusion import open_share
 from .scattering import above, half_way, mirrored, phong, schlick
 from .shadows import TOGETHER, Origins, visible_shares
 from .tally import Tally
-from .vectors import Index, add, count, dot, flatnonzero, select, take
+from .vectors import Index, add, count, dot, flatnonzero, no_brighter, select, take
 
 PI, INVERSE_PI = np.float32(np.pi), np.float32(1 / np.pi)
 
@@ -50,6 +50,8 @@ def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cu
     radiance = np.zeros(color.shape, np.float32)
     if plan.ambient:
         _add_ambient(scene, hit, color, radiance, tally)
+        radiance *= np.float32(scene.arriving.indirect)
+    ambient = radiance.copy() if np.isfinite(scene.arriving.direct_limit) else None
     if plan.diffuse or plan.specular:
         diffuse = color * (hit.value("diffuse") * INVERSE_PI)
         glossy = _glossy(hit) if plan.specular else []
@@ -63,7 +65,7 @@ def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cu
                 _add_lit(scene, hit, origins, asked, radiance, tally)
                 asked = []
         _add_lit(scene, hit, origins, asked, radiance, tally)
-    return radiance
+    return radiance if ambient is None else ambient + no_brighter(radiance - ambient, scene.arriving.direct_limit)
 
 
 @dataclass(eq=False)

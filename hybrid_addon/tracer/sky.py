@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..expressions import WIDTHS, Evaluation, walk
-from ..scene import Expression, Float32, Float64, SunLight, Texture, World
+from ..scene import Expression, Float32, Float64, SunLight, Texture, World, WorldSun
 from .textures import sample_equirect, sample_texture
-from .vectors import Array, matrix_times
+from .vectors import Array, matrix_times, no_brighter
 
 PANORAMA_ROWS = (256, 1024)
 """Rows of the image that an expression is worked out to, for its light: those of its largest image, within these."""
@@ -63,7 +63,7 @@ class Sky:
         self.is_black = not self.factor.any()
         self.uniform = self.is_black or (self._expression is None and world.environment is None)
         if self.uniform:
-            self.factor = _no_brighter(self.factor, np.float32(limit))
+            self.factor = no_brighter(self.factor, limit)
 
     @cached_property
     def panorama(self) -> Texture:
@@ -83,7 +83,7 @@ class Sky:
 
     def limited(self, radiance: Float32) -> Float32:
         """(3, n) as rays see it."""
-        return _no_brighter(radiance, self._limit)
+        return no_brighter(radiance, self._limit)
 
     def turned(self, direction: Array) -> Array:
         """Directions (3, n) of the world as those of the panorama."""
@@ -94,7 +94,7 @@ class Sky:
         seen = self._tinted(band)
         row, column = _brighter(seen, self._limit)
         if len(row):
-            seen[row, column, :3] = _no_brighter(seen[row, column, :3].T, self._limit).T
+            seen[row, column, :3] = no_brighter(seen[row, column, :3].T, self._limit).T
         return seen
 
     def _tinted(self, band: slice) -> Float32:
@@ -125,7 +125,7 @@ class Sky:
         if len(row) == 0:
             return full
         bright = full[row, column, :3].T
-        dimmed = _no_brighter(bright, self._threshold)
+        dimmed = no_brighter(bright, self._threshold)
         full[row, column, :3] = dimmed.T
         excess = (bright - dimmed).astype(np.float64)
         flat, turn = np.cos(latitude[row]), longitude[column]
@@ -133,15 +133,15 @@ class Sky:
         total.add_excess(excess, direction, share[row])
         return full
 
-    def sun(self, sums: Sums, angle: float, cast_shadow: bool) -> SunLight | None:
+    def sun(self, sums: Sums, like: WorldSun) -> SunLight | None:
         """What is over the threshold, as one light from the mean of its directions; None if nothing is."""
         toward = sums.excess_toward
         length = float(np.sqrt((toward * toward).sum()))
         if not sums.excess.any() or length == 0.0:
             return None
         x, y, z = (toward / length).tolist()
-        red, green, blue = sums.excess.tolist()
-        return SunLight("World", (x, y, z), (red, green, blue), angle, cast_shadow)
+        red, green, blue = (sums.excess * like.strength).tolist()
+        return SunLight("World", (x, y, z), (red, green, blue), like.angle, like.cast_shadow)
 
 
 def _brighter(image: Float32, limit: np.float32) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -152,14 +152,6 @@ def _brighter(image: Float32, limit: np.float32) -> tuple[NDArray[np.intp], NDAr
     brightest = np.maximum(np.maximum(image[..., 0], image[..., 1]), image[..., 2])
     row, column = np.nonzero(brightest > limit)
     return row, column
-
-
-def _no_brighter(radiance: Float32, limit: np.float32) -> Float32:
-    """(3, n) of the same hue, its largest channel at most the limit."""
-    if not np.isfinite(limit):
-        return radiance
-    brightest = radiance.max(axis=0)
-    return radiance * np.where(brightest > limit, limit / np.maximum(brightest, 1e-30), np.float32(1))
 
 
 @dataclass(eq=False)

@@ -40,6 +40,12 @@ class Split:
     cos_i: Float64
     eta: Float64
 
+    def scale(self, factor: float) -> None:
+        """Let all that is mirrored or bent count so many times."""
+        if factor != 1.0:
+            self.reflected *= np.float32(factor)
+            self.transmitted *= np.where(self.bends, np.float32(factor), np.float32(1))
+
 
 def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: Sums, tally: Tally) -> list[Rays]:
     """The next wave: reflected, then refracted, then straight rays, each kind in the order of its hits."""
@@ -49,6 +55,7 @@ def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: S
     drawn = roughen(scene, rays, at, t) if plan.rough else None
     rays, at, t = (rays, at, t) if drawn is None else (drawn.rays, drawn.at, drawn.t)
     split = share_out(scene, rays, at)
+    split.scale(scene.arriving.indirect)
     if drawn is not None:
         split.reflected, split.transmitted = drawn.share(split.reflected, split.transmitted, split.bends)
         split.unlit = at.has_highlight & drawn.is_rough
@@ -122,7 +129,8 @@ def _add_blurred(scene: CompiledScene, rays: Rays, at: Interaction, split: Split
     coat = np.where(smooth, at.value("coat", index) - at.value("coat_blurred", index), np.float32(0))
     sharp = np.minimum(take(rays.throughput, index) * coat, take(split.reflected, index))
     if scene.plan.world:
-        roughness, wo, n = at.value("lobe_roughness", index), take(at.wo, index), take(at.n_shading, index)
+        roughness, wo = at.value("lobe_roughness", index), take(at.wo, index)
+        n = reflecting_normal(wo, take(at.n_shading, index), take(at.n_geometric, index))
         light = (take(split.reflected, index) - sharp) * scene.world.glossy(mirrored(wo, n, roughness), roughness)
         light += take(split.transmitted, index) * take(split.bends, index) * scene.world.glossy(-wo, roughness)
         sums.add_radiance(take(rays.sample, index), light, take(rays.branch, index))

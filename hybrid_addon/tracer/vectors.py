@@ -71,6 +71,14 @@ def largest_component(a: Array) -> Array:
     return result
 
 
+def no_brighter(radiance: NDArray[np.float32], limit: float | np.float32) -> NDArray[np.float32]:
+    """Radiance (3, n) of the same hue, its largest channel at most the limit; itself if there is none (inf)."""
+    if not np.isfinite(limit):
+        return radiance
+    brightest, most = radiance.max(axis=0), np.float32(limit)
+    return radiance * np.where(brightest > most, most / np.maximum(brightest, np.float32(1e-30)), np.float32(1))
+
+
 def signs(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
     """1 where the mask (n,) is True, else -1: (n,). Choosing between two takes ten times as long as arithmetic."""
     return np.asarray(2 * mask.astype(np.float32) - 1)

@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from ..scene import Float32
 from .accel import traceable
-from .backing import Backing
 from .compiled import CompiledScene
 from .constants import LONGEST_WAVE, MISS
 from .crossings import with_sides
-from .frosted import add_through
+from .frosted import through_rough_glass
 from .interaction import Interaction, interact
 from .lamps import add_lamps
 from .primitives import Hits, PrimitiveSet
@@ -31,7 +30,7 @@ from .spawn import spawn
 from .sums import Sums
 from .tally import Tally
 from .varying import resolve
-from .vectors import Index, count, flatnonzero, largest_component, select, take
+from .vectors import Index, add, count, flatnonzero, largest_component, no_brighter, select, take
 
 Watch = Callable[[Rays, Hits, Index, Interaction | None, Rays], None]
 """Told of each wave: its rays, their hits, which of them hit, what is known of those (None: no one hit), their rays."""
@@ -104,7 +103,7 @@ def _trace_wave(
 
     # What the raster shows is lit already: it ends its rays.
     if scene.backing is not None:
-        hit = add_backed(scene.backing, rays, hits, hit, sums, tally)
+        hit = add_backed(scene, rays, hits, hit, sums, tally)
 
     # Recompute the hits from the exact geometry.
     chosen = select(hit)
@@ -229,13 +228,15 @@ def add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums, ta
 
 
 def add_backed(
-    backing: Backing, rays: Rays, hits: Hits, hit: NDArray[np.bool_], sums: Sums, tally: Tally
+    scene: CompiledScene, rays: Rays, hits: Hits, hit: NDArray[np.bool_], sums: Sums, tally: Tally
 ) -> NDArray[np.bool_]:
     """Add the raster's own light where rays meet what it shows. Returns the hits (n,) that are left to shade."""
-    index, radiance = backing.look_up(rays, hits, hit, tally)
+    assert scene.backing is not None
+    index, radiance = scene.backing.look_up(rays, hits, hit, tally)
     if len(index) == 0:
         return hit
     found = rays.take(index)
+    radiance = no_brighter(radiance, scene.arriving.indirect_limit)
     sums.add_radiance(found.sample, found.throughput * radiance, found.branch)
     sums.add_backed(found.sample, found.throughput)
     if sums.signatures is not None:
@@ -249,27 +250,46 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tal
     """Add what the hits of the rays emit, and the light that they get from the lights and the world, rough glass also
     from behind."""
     table = at.table
+    sent: list[tuple[Index, Float32]] = []  # by which hits, and the radiance
     if scene.plan.emission:
         glowing = select(table.emits.take(at.surface))
         if count(glowing, len(rays)):
-            radiance = take(rays.throughput, glowing) * at.value("emission", glowing)
-            sums.add_radiance(take(rays.sample, glowing), radiance, take(rays.branch, glowing))
+            sent.append((glowing, at.value("emission", glowing)))
     if scene.plan.local:
         shaded = select(table.shades_locally.take(at.surface))
         if count(shaded, len(rays)):
             seen = at.take(shaded)
             seen.cut = np.zeros(len(seen.prim), bool)
-            weight, sample = take(rays.throughput, shaded) * seen.value("local"), take(rays.sample, shaded)
+            local, sample = seen.value("local"), take(rays.sample, shaded)
+            weight = take(rays.throughput, shaded) * local
             cut = None if sums.unlit is None or not scene.plan.faint else partial(_cut_light, weight, sample, sums)
-            radiance = weight * local_radiance(scene, seen, tally, cut)
-            sums.add_radiance(sample, radiance, take(rays.branch, shaded))
+            sent.append((shaded, local * local_radiance(scene, seen, tally, cut)))
             if seen.cut.any():
                 lost = flatnonzero(seen.cut)
                 sums.add_residual(sample[lost], largest_component(weight[:, lost]))
             if at.lit is not None and seen.lit is not None:
                 at.lit[shaded] = seen.lit
     if scene.plan.rough and scene.plan.specular:
-        add_through(scene, rays, at, sums, tally)
+        sent += through_rough_glass(scene, rays, at, tally)
+    dimming = _dimming(scene, rays, sent)
+    for index, radiance in sent:
+        weighted = take(rays.throughput, index) * radiance
+        if dimming is not None:
+            weighted *= take(dimming, index)
+        sums.add_radiance(take(rays.sample, index), weighted, take(rays.branch, index))
+
+
+def _dimming(scene: CompiledScene, rays: Rays, sent: list[tuple[Index, Float32]]) -> Float32 | None:
+    """(n,) by what the light that hits send into rays which a surface has sent on is multiplied; None: by 1."""
+    limit = scene.arriving.indirect_limit
+    if not np.isfinite(limit) or not sent or rays.camera.all():
+        return None
+    total = np.zeros((3, len(rays)), np.float32)
+    for index, radiance in sent:
+        add(total, index, np.broadcast_to(radiance, (3, count(index, len(rays)))))
+    brightest = total.max(axis=0)
+    too_bright = (brightest > limit) & ~rays.camera
+    return np.where(too_bright, np.float32(limit) / np.maximum(brightest, np.float32(limit)), np.float32(1))
 
 
 def _cut_light(weight: Float32, sample: NDArray[np.intp], sums: Sums, share: Float32) -> NDArray[np.intp]:

@@ -36,9 +36,10 @@ class CompiledWorld:
             sums = sky.sums()
             mean, vector = sums.radiance / (4 * np.pi), sums.toward / (4 * np.pi)
             self._mean, self._linear = lambert(mean, vector, world.limit, world.dering)
-            sun = sky.sun(sums, world.sun.angle, world.sun.cast_shadow) if world.sun else None
+            sun = sky.sun(sums, world.sun) if world.sun else None
             self.suns = [sun] if sun else []
-        if world.backdrop is None and (sky.uniform or not (world.sun or np.isfinite(world.limit))):
+        unlimited = bool((sky.factor == self._backdrop.factor).all()) if sky.uniform else not np.isfinite(world.limit)
+        if world.backdrop is None and unlimited and (sky.uniform or not world.sun):
             self._backdrop = sky
 
     def radiance(self, direction: Float32) -> Float32:

@@ -9,6 +9,7 @@
     kept.py motion.py               what one frame leaves for the next; what is likely to change until then
     nodes.py                        walking back through node links
     settings.py messages.py         the artist's settings; what he is told
+    coverage/ light_strength.py     what is followed and what is named, setting by setting; what holds for all lights
 
 Values with the prefix b_ belong to Blender; the others are ours. Nothing in a translated scene refers to Blender.
 """
@@ -22,13 +23,15 @@ import bpy
 from ...scene import Camera, Scene
 from ..flags import Flags
 from .camera import Size, Window, translate_camera
+from .coverage.scene import name_scene
 from .image import Images
 from .kept import Kept
 from .light import Falloff, LightContext
+from .light_strength import scaled
 from .material import Surfaces, warn_of_roughness
 from .messages import UnsupportedError, Warnings
 from .objects import Objects
-from .settings import rough_samples
+from .settings import arriving, direct_strength, material_override, rough_samples
 from .world import translate_world
 
 __all__ = ["Kept", "Translation", "UnsupportedError", "Warnings", "translate"]
@@ -75,8 +78,9 @@ def translate(
     kept = Kept() if kept is None else kept
     kept.begin()
     images = Images(warn, kept)
+    name_scene(b_scene, warn)
     world = translate_world(b_depsgraph, b_scene, images, warn)
-    surfaces = Surfaces(images, warn)
+    surfaces = Surfaces(images, warn, material_override(b_scene, b_depsgraph))
     objects = Objects(surfaces, LightContext(light_falloff, b_scene.eevee.light_threshold), Flags(b_scene), warn, kept)
     objects.add_all(b_depsgraph)
     kept.end()
@@ -87,8 +91,9 @@ def translate(
         meshes=tuple(objects.meshes),
         instances=tuple(objects.instances),
         surfaces=tuple(surfaces.surfaces),
-        lights=tuple(objects.lights),
+        lights=tuple(scaled(light, direct_strength(b_scene), b_scene.eevee.use_shadows) for light in objects.lights),
         world=world,
+        arriving=arriving(b_scene),
     )
     return Translation(scene, tuple(warn), _counts(scene), tuple(objects.owners))
 

@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 from ...scene import Camera, Float64, Lens
+from .coverage import name_settings
 from .messages import UnsupportedError, Warnings
 
 Size = tuple[int, int]
@@ -29,8 +30,7 @@ def translate_camera(
     """The scene's active camera, with its animated values; UnsupportedError if it has none that can be traced."""
     b_object = _active_camera(b_depsgraph, b_scene)
     b_camera = b_object.data
-    if b_scene.render.use_motion_blur:
-        warn.add(f"scene {b_scene.name!r}: motion blur is not traced; ray traced objects stand still")
+    name_settings(b_camera, f"camera {b_object.name!r}", warn)
     return Camera(
         projection=_projection(b_object),
         matrix_world=matrix_without_scale(b_object),

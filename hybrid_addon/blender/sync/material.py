@@ -15,6 +15,7 @@ from dataclasses import replace
 import bpy
 
 from ...scene import WHITE, Expression, Surface
+from .coverage import name_settings, name_sockets
 from .image import Images
 from .messages import Warnings
 from .nodes import Node, active_output, uses_nodes
@@ -29,10 +30,14 @@ DEFAULT_SPECULAR = (0.04, 0.04, 0.04)
 
 
 class Surfaces:
-    """The scene's surfaces, each pair of material and Custom settings once."""
+    """The scene's surfaces, each pair of material and Custom settings once.
 
-    def __init__(self, images: Images, warn: Warnings) -> None:
+    b_override : the view layer's Material Override, which all objects wear instead, or None.
+    """
+
+    def __init__(self, images: Images, warn: Warnings, b_override: bpy.types.Material | None = None) -> None:
         self._images = images
+        self._b_override = b_override
         self._warn = warn
         self._materials: dict[str, Surface] = {}
         self._index: dict[tuple[str, CustomSurface | None], int] = {}
@@ -40,6 +45,8 @@ class Surfaces:
 
     def index_of(self, b_material: bpy.types.Material | None, custom: CustomSurface | None) -> int:
         """Position in `surfaces`."""
+        if self._b_override is not None:
+            b_material, custom = self._b_override, None
         key = (b_material.name_full if b_material else "", custom)
         if key not in self._index:
             self._index[key] = len(self.surfaces)
@@ -76,17 +83,25 @@ def warn_of_roughness(surfaces: Sequence[Surface], warn: Warnings) -> None:
 
 
 def translate_material(b_material: bpy.types.Material, images: Images, warn: Warnings) -> Surface:
-    """The surface that a material's node tree describes, or its viewport values where it has no nodes."""
+    """The surface that a material describes, with its Backface Culling: that of the camera and that of shadows."""
+    name_settings(b_material, f"material {b_material.name!r}", warn)
+    surface = replace(_described(b_material, images, warn), name=b_material.name)
+    return replace(
+        surface, culled=b_material.use_backface_culling, shadow_culled=b_material.use_backface_culling_shadow
+    )
+
+
+def _described(b_material: bpy.types.Material, images: Images, warn: Warnings) -> Surface:
+    """What its node tree describes, or its viewport values where it has no nodes."""
     if not uses_nodes(b_material):
-        return replace(_without_nodes(b_material), name=b_material.name)
+        return _without_nodes(b_material)
     reader = NodeReader(f"material {b_material.name!r}", images, warn)
     output = active_output(b_material.node_tree)
     if output is None:
         reader.warn("it has no active output; it is black")
-        return Surface(name=b_material.name, base_color=(0.0, 0.0, 0.0))
-    _warn_of_ignored(output, reader)
-    surface = _inside_and_out(output, reader)
-    return replace(surface, name=b_material.name, approximate=reader.approximate)
+        return Surface(base_color=(0.0, 0.0, 0.0))
+    name_sockets(output, reader)
+    return replace(_inside_and_out(output, reader), approximate=reader.approximate)
 
 
 def _inside_and_out(output: Node, reader: NodeReader) -> Surface:
@@ -107,8 +122,3 @@ def _without_nodes(b_material: bpy.types.Material) -> Surface:
         reflectivity=b_material.metallic,
         reflection_tint=(red, green, blue) if b_material.metallic > 0.0 else (1.0, 1.0, 1.0),
     )
-
-
-def _warn_of_ignored(output: Node, reader: NodeReader) -> None:
-    if output.input("Displacement").node() is not None:
-        reader.warn("displacement by nodes is not traced")

@@ -12,14 +12,14 @@ class UnsupportedError(HybridError):
 
 
 class Warnings:
-    """Lines in the order in which they first came up, each kept once."""
+    """Lines, each kept once: the most important first, else in the order in which they first came up."""
 
     def __init__(self) -> None:
-        self._lines: dict[str, None] = {}
+        self._lines: dict[str, int] = {}
 
-    def add(self, line: str) -> None:
-        """Keep `line` unless it is there already."""
-        self._lines.setdefault(line)
+    def add(self, line: str, rank: int = 1) -> None:
+        """Keep `line` unless it is there already. rank: the lower, the earlier it is told (`coverage.status`)."""
+        self._lines.setdefault(line, rank)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._lines)
+        return iter(sorted(self._lines, key=self._lines.__getitem__))

@@ -18,6 +18,7 @@ import numpy as np
 from ...expressions import reads
 from ...scene import Float64, Instance, Light, TriangleMesh, Visibility
 from ..flags import Flags
+from .coverage import FIRST, name_object, name_settings
 from .kept import Kept
 from .light import LightContext, translate_light
 from .linking import Links, linked, links_of
@@ -26,14 +27,6 @@ from .mesh import translate_mesh
 from .messages import Warnings
 from .motion import moves
 from .settings import ObjectSettings, instance_settings
-
-VISIBLE_BUT_NOT_TRACED = {
-    "VOLUME": "volumes are",
-    "CURVES": "hair is",
-    "POINTCLOUD": "point clouds are",
-    "GREASEPENCIL": "Grease Pencil is",
-    "META": "metaballs (convert them to meshes) are",
-}
 
 MeshKey = tuple[int, frozenset[str]]
 
@@ -74,10 +67,11 @@ class Objects:
             self._add_light(b_instance)
         elif b_object.type == "MESH" and not (b_instance.parent and b_instance.parent.type == "META"):
             self._add_surface(b_instance)
-        elif b_object.type in VISIBLE_BUT_NOT_TRACED:
-            self._warn.add(f"object {b_object.name!r}: {VISIBLE_BUT_NOT_TRACED[b_object.type]} not ray traced")
+        else:
+            name_object(b_object, self._warn)
 
     def _add_light(self, b_instance: bpy.types.DepsgraphObjectInstance) -> None:
+        name_settings(b_instance.object.data, f"light {b_instance.object.name!r}", self._warn)
         light = translate_light(b_instance.object, _matrix(b_instance), self._light_context, self._warn)
         if light is not None:
             self.lights.append(light)
@@ -92,7 +86,7 @@ class Objects:
         mesh = self._mesh_of(b_object, surfaces)
         if mesh is None:
             return
-        self._warn_of_holdout(b_object)
+        name_settings(b_object, f"object {b_object.name!r}", self._warn)
         self._warn_of_instancer(b_instance, settings)
         self.owners.append((b_instance.parent or b_object).original.name)
         self._names.append((b_instance.parent or b_object).original.name_full)
@@ -152,10 +146,6 @@ class Objects:
                 library = b_id.library.filepath if b_id.library else "its library"
                 self._warn.add(f"object {b_object.name!r}: {b_id.name!r} is missing from {library}")
 
-    def _warn_of_holdout(self, b_object: bpy.types.Object) -> None:
-        if b_object.is_holdout:
-            self._warn.add(f"object {b_object.name!r}: Holdout is not traced; it is solid in reflections")
-
     def _warn_of_instancer(self, b_instance: bpy.types.DepsgraphObjectInstance, settings: ObjectSettings) -> None:
         if self._flags.is_ray_traced(b_instance.object) and not settings.ray_traced:
             shown, by = b_instance.object.name, b_instance.parent.name
@@ -164,7 +154,7 @@ class Objects:
     def _warn_of_strands(self, b_object: bpy.types.Object) -> None:
         for b_system in getattr(b_object, "particle_systems", ()):
             if b_system.settings.type == "HAIR" and b_system.settings.render_type == "PATH":
-                self._warn.add(f"object {b_object.name!r}: hair is not ray traced")
+                self._warn.add(f"object {b_object.name!r}: hair is not ray traced", FIRST)
 
 
 def _scratch(b_object: bpy.types.Object, b_mesh: bpy.types.Mesh) -> bpy.types.Mesh:

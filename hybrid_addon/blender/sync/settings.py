@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import bpy
 
+from ...scene import Arriving
 from ..flags import Flags
+from ..layers import source_layer
 
 
 @dataclass(frozen=True)
@@ -55,3 +58,25 @@ def custom_surface(b_id: bpy.types.Object | bpy.types.Material | None) -> Custom
 def rough_samples(b_scene: bpy.types.Scene) -> int:
     """Rays for each reflection and refraction of a rough surface; 0: it shows the world's blurred image."""
     return getattr(getattr(b_scene, "hybrid", None), "rough_samples", 0)
+
+
+def material_override(b_scene: bpy.types.Scene, b_depsgraph: bpy.types.Depsgraph) -> bpy.types.Material | None:
+    """The material that all objects of the view layer wear instead of their own. EEVEE of Blender 4.5 has none."""
+    b_material = source_layer(b_scene).material_override if bpy.app.version >= (5, 0, 0) else None
+    return b_material.evaluated_get(b_depsgraph) if b_material else None
+
+
+def direct_strength(b_scene: bpy.types.Scene) -> float:
+    """*Light Strength > Direct* (Blender 5.1 and later): all light of lights is multiplied by it."""
+    return getattr(b_scene.eevee, "direct_light_intensity", 1.0)
+
+
+def arriving(b_scene: bpy.types.Scene) -> Arriving:
+    """*Light Strength > Indirect*, and *Clamping* of surfaces; EEVEE clamps first, then multiplies by the strength."""
+    b_eevee = b_scene.eevee
+    direct, indirect = b_eevee.clamp_surface_direct, b_eevee.clamp_surface_indirect
+    return Arriving(
+        indirect=getattr(b_eevee, "indirect_light_intensity", 1.0),
+        direct_limit=direct * direct_strength(b_scene) if direct > 0.0 else math.inf,
+        indirect_limit=indirect if indirect > 0.0 else math.inf,
+    )

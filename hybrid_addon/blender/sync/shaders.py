@@ -13,10 +13,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from ... import expressions as ex
-from ...scene import BLACK, WHITE, Expression, Surface
+from ...scene import BLACK, RGB, WHITE, Expression, Float64, Surface
 from . import texture_nodes as _textures  # noqa: F401  (these two add their nodes to the table of `values`)
 from . import value_nodes as _registered  # noqa: F401
+from .coverage import name_sockets
 from .nodes import Node, Socket
 from .texture import NodeReader
 from .values import color, number, once, vector
@@ -26,9 +29,6 @@ Shares = tuple[Share, Share, Share]
 
 MAX_DEPTH = 32  # of Mix and Add Shaders below one another
 MIN_IOR = 1e-5  # Blender's own clamp
-NOT_FOLLOWED = {  # Principled inputs that change the picture when they are not 0, and what becomes of them
-    "Subsurface Weight": "it is drawn as diffuse",
-}
 
 
 def surface_from(socket: Socket, reader: NodeReader, depth: int = 0) -> Surface:
@@ -42,6 +42,7 @@ def surface_from(socket: Socket, reader: NodeReader, depth: int = 0) -> Surface:
     shader = SHADERS.get(node.kind)
     if shader is None:
         return _unknown(node, reader)
+    name_sockets(node, reader)
     return replace(shader(node, reader), normal=_normal(node, reader))
 
 
@@ -60,7 +61,6 @@ def _principled(node: Node, reader: NodeReader) -> Surface:
     base_color, alpha = color(reader, node, "Base Color"), _unit(number(reader, node, "Alpha"))
     metallic, transmission = _unit(number(reader, node, "Metallic")), _unit(number(reader, node, "Transmission Weight"))
     ior = _ior(node, reader)
-    _warn_of_layers(node, reader)
     glass, straight = ex.times(alpha, ex.rest(metallic), transmission), ex.rest(alpha)
     thin = node.has_input("Thin Wall") and bool(node.input("Thin Wall").value()) and may_be(glass)
     if may_be(glass) and may_be(straight) and not thin:
@@ -90,8 +90,6 @@ def _coat_and_sheen(node: Node, reader: NodeReader) -> dict[str, Any]:
     fields: dict[str, Any] = {}
     coat = number(reader, node, "Coat Weight") if node.has_input("Coat Weight") else 0.0
     if may_be(coat):
-        if node.input("Coat Normal").node() is not None:
-            reader.warn(f"'Coat Normal' of node {node.name!r} is not followed; the surface's normal is used")
         fields.update(
             coat=coat,
             coat_roughness=_unit(number(reader, node, "Coat Roughness")),
@@ -114,12 +112,6 @@ def _specular(node: Node, reader: NodeReader, ior: float) -> Any:
     return ex.as_color(ex.apply("minimum", ex.times(color(reader, node, "Specular Tint"), f0), 1.0))
 
 
-def _warn_of_layers(node: Node, reader: NodeReader) -> None:
-    for name, instead in NOT_FOLLOWED.items():
-        if node.has_input(name) and (node.input(name).value() or not node.input(name).is_constant()):
-            reader.warn(f"{name!r} of node {node.name!r} is not traced; {instead}")
-
-
 def _glass(node: Node, reader: NodeReader) -> Surface:
     tint = color(reader, node, "Color")
     return replace(
@@ -139,6 +131,46 @@ def _refraction(node: Node, reader: NodeReader) -> Surface:
 
 def _transparent(node: Node, reader: NodeReader) -> Surface:
     return replace(_shared(0.0, 0.0, 1.0), transmission_tint=color(reader, node, "Color"), ior=1.0)
+
+
+def _metallic(node: Node, reader: NodeReader) -> Surface:
+    if node.b_node.fresnel_type != "PHYSICAL_CONDUCTOR":
+        return _glossy(node, reader)
+    indices = [tuple(reader.vector(node, name)) for name in ("IOR", "Extinction")]
+    tint, edge = conductor_tints(*np.maximum(np.array(indices), 0.0))
+    return replace(
+        _shared(1.0, 0.0, 0.0),
+        layered=True,
+        base_color=tint,
+        reflection_tint=tint,
+        edge_tint=edge,
+        roughness=_roughness(node, reader),
+    )
+
+
+def conductor_tints(n: Float64, k: Float64) -> tuple[RGB, RGB]:
+    """Reflectance at normal incidence, and the F82 tint, of a metal of complex indices n + i k (rgb,).
+
+    The tint is what Schlick's approximation is multiplied by at a cosine of 1/7 (Kutz et al., Novel aspects of the
+    Adobe Standard Material, 2021).
+    """
+    f0, f82 = conductor_fresnel(1.0, n, k), conductor_fresnel(1.0 / 7.0, n, k)
+    red, green, blue = f0.tolist()
+    edge_red, edge_green, edge_blue = np.minimum(f82 / (f0 + (1.0 - f0) * (6.0 / 7.0) ** 5), 1.0).tolist()
+    return (red, green, blue), (edge_red, edge_green, edge_blue)
+
+
+def conductor_fresnel(cosine: float, n: Float64, k: Float64) -> Float64:
+    """Unpolarised reflectance (rgb,) of a metal of complex indices n + i k (Born and Wolf, Principles of Optics)."""
+    c2 = cosine * cosine
+    s2 = 1.0 - c2
+    inner = n * n - k * k - s2
+    length = np.sqrt(inner * inner + 4.0 * n * n * k * k)
+    across, twice = length + c2, 2.0 * cosine * np.sqrt(np.maximum(0.5 * (length + inner), 0.0))
+    perpendicular = (across - twice) / np.maximum(across + twice, 1e-12)
+    up, down = c2 * length + s2 * s2, twice * s2
+    parallel = perpendicular * (up - down) / np.maximum(up + down, 1e-12)
+    return 0.5 * (perpendicular + parallel)
 
 
 def _glossy(node: Node, reader: NodeReader) -> Surface:
@@ -183,7 +215,7 @@ SHADERS: dict[str, Callable[[Node, NodeReader], Surface]] = {
     "ShaderNodeBsdfTransparent": _transparent,
     "ShaderNodeBsdfAnisotropic": _glossy,
     "ShaderNodeBsdfGlossy": _glossy,
-    "ShaderNodeBsdfMetallic": _glossy,
+    "ShaderNodeBsdfMetallic": _metallic,
     "ShaderNodeBsdfDiffuse": _diffuse,
     "ShaderNodeBsdfTranslucent": _as_diffuse,
     "ShaderNodeBsdfSheen": _as_diffuse,

@@ -35,9 +35,9 @@ class NodeReader:
         self.camera = camera
         self.unseen: RGB | None = None
 
-    def warn(self, text: str) -> None:
-        """Warn, in the owner's name."""
-        self._warn.add(f"{self.owner}: {text}")
+    def warn(self, text: str, rank: int = 1) -> None:
+        """Warn, in the owner's name. rank: see `Warnings`."""
+        self._warn.add(f"{self.owner}: {text}", rank)
 
     def give_up(self, text: str) -> None:
         """Warn of something that cannot be followed."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from ... import expressions as ex
 from ...scene import Expression, Texture, Value
+from .coverage import name_sockets
 from .image import MISSING_COLOR
 from .nodes import Node, Socket
 from .texture import NodeReader, image_texture, mapping
@@ -78,6 +79,8 @@ def _of_node(reader: NodeReader, node: Node, socket: Socket) -> Any:
         reader.nested += 1
         known = translate is not None and reader.nested < MAX_NESTED
         reader.values[key] = translate(node, socket.output(), reader) if known and translate is not None else None
+        if reader.values[key] is not None:
+            name_sockets(node, reader)
         reader.nested -= 1
     return reader.values[key]
 

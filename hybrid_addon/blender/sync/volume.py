@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 
 from ...scene import BLACK, RGB
+from .coverage import name_sockets
 from .nodes import Node, Socket
 from .texture import NodeReader
 from .values import once
@@ -28,6 +29,7 @@ def absorption_from(socket: Socket, reader: NodeReader, depth: int = 0) -> RGB:
     if volume is None:
         reader.warn(f"volume node {node.name!r} ({node.b_node.bl_label}) is not traced")
         return BLACK
+    name_sockets(node, reader)
     return volume(node, reader)
 
 
@@ -46,8 +48,6 @@ def _absorption(node: Node, reader: NodeReader) -> RGB:
 
 def _principled(node: Node, reader: NodeReader) -> RGB:
     density = _density(node, reader)
-    if node.input("Emission Strength").value() or node.input("Blackbody Intensity").value():
-        reader.warn(f"volume node {node.name!r}: its emission is not traced")
     if density == 0.0:
         return BLACK
     if any(reader.color(node, "Color")):
@@ -64,8 +64,6 @@ def _scatter(node: Node, reader: NodeReader) -> RGB:
 
 
 def _coefficients(node: Node, reader: NodeReader) -> RGB:
-    if any(node.input("Scatter Coefficients").value()) or any(node.input("Emission Coefficients").value()):
-        reader.warn(f"volume node {node.name!r}: scattering and emission are not traced")
     if not node.input("Absorption Coefficients").is_constant():
         reader.warn(f"volume node {node.name!r}: linked Absorption Coefficients are not followed; there are none")
         return BLACK

@@ -11,11 +11,14 @@ import numpy as np
 
 from ... import expressions as ex
 from ...scene import BLACK, RGB, Expression, World, WorldSun
+from ..layers import source_layer
 from . import texture_nodes as _textures  # noqa: F401  (these two add their nodes to the table of `values`)
 from . import value_nodes as _registered  # noqa: F401
+from .coverage import name_settings, name_sockets
 from .image import Images
 from .messages import Warnings
 from .nodes import Node, Socket, active_output, uses_nodes
+from .settings import direct_strength
 from .texture import NodeReader
 from .values import color, number
 
@@ -26,12 +29,20 @@ DIRECTION = ("generated", "position", "object")  # attributes that are a world's
 def translate_world(
     b_depsgraph: bpy.types.Depsgraph, b_scene: bpy.types.Scene, images: Images, warn: Warnings
 ) -> World:
-    """The scene's world with its animated values; black without one."""
-    if b_scene.world is None:
+    """The world of the scene, or of its view layer, with its animated values; black without one."""
+    b_layer = source_layer(b_scene)
+    b_world = getattr(b_layer, "world_override", None) or b_scene.world
+    if b_world is None or not b_layer.use_sky:
         return World()
-    b_world = b_scene.world.evaluated_get(b_depsgraph)
+    b_world = b_world.evaluated_get(b_depsgraph)
+    name_settings(b_world, f"world {b_world.name!r}", warn)
     world = _seen(b_world, images, warn)
-    sun = WorldSun(b_world.sun_threshold, b_world.sun_angle, b_world.use_sun_shadow)
+    sun = WorldSun(
+        b_world.sun_threshold,
+        b_world.sun_angle,
+        b_world.use_sun_shadow and b_scene.eevee.use_shadows,
+        direct_strength(b_scene),
+    )
     limit = b_scene.eevee.clamp_surface_indirect
     return replace(
         world,
@@ -49,8 +60,7 @@ def _seen(b_world: bpy.types.World, images: Images, warn: Warnings) -> World:
     if output is None:
         return World()
     name = f"world {b_world.name!r}"
-    if output.input("Volume").node() is not None:
-        warn.add(f"{name}: its volume is not traced")
+    name_sockets(output, NodeReader(name, images, warn))
     seen = {}
     for camera in (False, True):
         reader = NodeReader(name, images, warn, camera)

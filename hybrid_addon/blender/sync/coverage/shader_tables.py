@@ -1,0 +1,147 @@
+"""Inputs of shaders, volume shaders and outputs.
+
+The layers of a Principled BSDF count only where light reaches them: `_of_*` ask for that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from .status import LAST, Named, Table, followed, irrelevant, nodes, within
+
+WEIGHT = irrelevant("Blender's own, hidden, and read by no renderer of nodes", "Weight")
+STRINGS = "names of grids of volumes, each of which is named"
+
+
+def above(node: Any, *names: str) -> bool:
+    """Whether one of the inputs that a node has is more than 0 anywhere."""
+    sockets = [node.input(name) for name in names if node.has_input(name)]
+    return any(not socket.is_constant() or socket.value() > 0.0 for socket in sockets)
+
+
+def below_one(node: Any, *names: str) -> bool:
+    """Whether all of the inputs that a node has are less than 1 somewhere."""
+    sockets = [node.input(name) for name in names if node.has_input(name)]
+    return all(not socket.is_constant() or socket.value() < 1.0 for socket in sockets)
+
+
+def with_(*names: str) -> Callable[[Any], bool]:
+    """Where one of these inputs is more than 0."""
+    return lambda node: above(node, *names)
+
+
+def _of_diffuse(node: Any) -> bool:
+    return above(node, "Alpha") and below_one(node, "Metallic", "Transmission Weight")
+
+
+def _of_highlight(node: Any) -> bool:
+    return above(node, "Alpha") and above(node, "Metallic", "Transmission Weight", "Specular IOR Level")
+
+
+def _of_rough_highlight(node: Any) -> bool:
+    return above(node, "Roughness") and _of_highlight(node)
+
+
+ROUND = "is not traced; highlights and reflections are round"
+PLAIN = "is not traced; reflections keep their colour"
+LAMBERT = "is not traced; it is as smooth as Lambert's diffuse"
+COMMON = {**followed("Color, Roughness, Normal"), **WEIGHT}
+ANISOTROPY: Table = {
+    "Anisotropy": Named(ROUND, 0.0, with_("Roughness")),
+    **within("Anisotropy", "Rotation, Tangent"),
+}
+FILM: Table = {
+    "Thin Film Thickness": Named(PLAIN, 0.0),
+    **within("Thin Film Thickness", "Thin Film IOR"),
+}
+
+PRINCIPLED: Table = {
+    **followed(
+        "Base Color, Metallic, Roughness, IOR, Alpha, Thin Wall, Normal, Specular IOR Level, Specular Tint,"
+        "Transmission Weight, Coat Weight, Coat Roughness, Coat IOR, Coat Tint, Sheen Weight, Sheen Roughness,"
+        "Sheen Tint, Emission Color, Emission Strength"
+    ),
+    "Subsurface Weight": Named("is not traced; it is drawn as diffuse", 0.0, _of_diffuse),
+    **within("Subsurface Weight", "Subsurface Radius, Subsurface Scale, Subsurface IOR, Subsurface Anisotropy"),
+    "Anisotropic": Named(ROUND, 0.0, _of_rough_highlight),
+    **within("Anisotropic", "Anisotropic Rotation, Tangent"),
+    "Thin Film Thickness": Named(PLAIN, 0.0, _of_highlight),
+    **within("Thin Film Thickness", "Thin Film IOR"),
+    "Coat Normal": Named("is not followed; the surface's normal is used", None, with_("Coat Weight")),
+    "Diffuse Roughness": Named(LAMBERT, 0.0, _of_diffuse, LAST),
+    **WEIGHT,
+}
+
+SCATTERING = "is not traced: the volume scatters no light"
+GLOW = "is not traced: the volume does not glow"
+VOLUMES: dict[str, Table] = {
+    "ShaderNodeVolumeAbsorption": {**followed("Color, Density"), **WEIGHT},
+    "ShaderNodeVolumePrincipled": {
+        **followed("Color, Density, Absorption Color"),
+        "Emission Strength": Named(GLOW, 0.0),
+        "Blackbody Intensity": Named(GLOW, 0.0),
+        **within("Emission Strength", "Emission Color"),
+        **within("Blackbody Intensity", "Blackbody Tint, Temperature"),
+        **within("Color", "Anisotropy"),
+        **irrelevant(STRINGS, "Color Attribute, Density Attribute, Temperature Attribute"),
+        **WEIGHT,
+    },
+    "ShaderNodeVolumeScatter": {"": Named(SCATTERING)},
+    "ShaderNodeVolumeCoefficients": {
+        **followed("Absorption Coefficients"),
+        "Scatter Coefficients": Named(SCATTERING, (0.0, 0.0, 0.0)),
+        "Emission Coefficients": Named(GLOW, (0.0, 0.0, 0.0)),
+        **within("Scatter Coefficients", "Anisotropy, IOR, Backscatter, Alpha, Diameter"),
+        **WEIGHT,
+    },
+}
+
+AS_DIFFUSE: Table = {
+    **followed("Color, Normal"),
+    "": Named("is traced as Diffuse BSDF"),
+    **within("", "Roughness, Size, Smooth, Scale, Radius, IOR, Anisotropy"),
+    **WEIGHT,
+}
+UNKNOWN: Table = {"": Named("is not followed; the surface is grey")}
+
+SHADERS: dict[str, Table] = {
+    "ShaderNodeBsdfPrincipled": PRINCIPLED,
+    "ShaderNodeBsdfGlass": {**COMMON, **followed("IOR"), **FILM},
+    "ShaderNodeBsdfRefraction": {**COMMON, **followed("IOR")},
+    "ShaderNodeBsdfTransparent": {**followed("Color"), **WEIGHT},
+    "ShaderNodeBsdfAnisotropic": {**COMMON, **ANISOTROPY},
+    "ShaderNodeBsdfMetallic": {**COMMON, **followed("Base Color, Edge Tint, IOR, Extinction"), **ANISOTROPY, **FILM},
+    "ShaderNodeBsdfDiffuse": {
+        **followed("Color, Normal"),
+        "Roughness": Named(LAMBERT, 0.0, rank=LAST),
+        **WEIGHT,
+    },
+    **nodes(
+        "BsdfTranslucent, BsdfSheen, BsdfToon, SubsurfaceScattering",
+        AS_DIFFUSE,
+    ),
+    "ShaderNodeEmission": {**followed("Color, Strength"), **WEIGHT},
+    "ShaderNodeBackground": {**followed("Color, Strength"), **WEIGHT},
+    "ShaderNodeHoldout": {"": Named("is not traced; the surface is black")},
+    "ShaderNodeMixShader": followed("Fac, Factor, Shader"),
+    "ShaderNodeAddShader": followed("Shader"),
+    **nodes(
+        "BsdfHair, BsdfHairPrincipled, BsdfRayPortal, EeveeSpecular",
+        UNKNOWN,
+    ),
+    **VOLUMES,
+    "ShaderNodeOutputMaterial": {
+        **followed("Surface, Volume"),
+        "Displacement": Named("is not traced: convert it to a modifier", None),
+        **irrelevant("how EEVEE guesses the thickness of glass, which rays measure", "Thickness"),
+    },
+    "ShaderNodeOutputWorld": {
+        **followed("Surface"),
+        "Volume": Named("is not traced: ray traced objects stand clear of it", None),
+    },
+    "ShaderNodeOutputLight": irrelevant("EEVEE has no nodes of lights; they are named", "Surface"),
+    "ShaderNodeOutputAOV": irrelevant("of passes beside the picture", "Color, Value"),
+    "ShaderNodeOutputLineStyle": irrelevant("of Freestyle", "Color, Color Fac*, Alpha, Alpha Fac*"),
+}
+"""By the node's identifier."""
