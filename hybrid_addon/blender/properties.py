@@ -232,7 +232,7 @@ class HybridSceneSettings(PropertyGroup):
     )
     rough_samples: IntProperty(  # type: ignore[valid-type]
         name="Rough Samples",
-        description="Rays for each reflection and refraction of a rough metal or glass; 0 mirrors and refracts sharply",
+        description="Rays for each reflection and refraction of what is rough; 0 shows a blurred world, no objects",
         default=1,
         min=0,
         max=64,

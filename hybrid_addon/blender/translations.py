@@ -142,8 +142,8 @@ GERMAN = {
         "Sekunden für ein Bild samt EEVEE; was nicht hineinpasst, entfällt, Samples zuerst. 0 ist ohne Grenze"
     ),
     "Rough Samples": "Samples für Rauheit",
-    "Rays for each reflection and refraction of a rough metal or glass; 0 mirrors and refracts sharply": (
-        "Strahlen für jede Spiegelung und Brechung von rauem Metall oder Glas; 0 spiegelt und bricht scharf"
+    "Rays for each reflection and refraction of what is rough; 0 shows a blurred world, no objects": (
+        "Strahlen für jede Spiegelung und Brechung von Rauem; 0 zeigt dort die Welt verschwommen, und keine Objekte"
     ),
     "Occlusion Samples": "Samples für Verdeckung",
     "Rays that find how much of the world's diffuse light is hidden in corners; 0 hides none, as EEVEE": (

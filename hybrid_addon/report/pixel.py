@@ -29,6 +29,8 @@ def _line(scene: Scene, node: Node) -> str:
     what = f"{node.kind} {share * 100:.3g} %"
     if node.cut:
         return f"{what}: not followed"
+    if node.lamps:
+        what += ", past " + ", ".join(f"light '{name}'" for name in node.lamps)
     if node.object < 0:
         return f"{what}: the world, {_color(node.adds)}"
     side = "from inside" if node.inside else "from outside"

@@ -13,6 +13,7 @@ from ..presets import Quality
 from ..scene import Expression, Film, Float32, Scene, Settings
 from ..tracer import CompiledScene, trace_compiled
 from ..tracer.constants import FIRST_SAMPLES
+from ..tracer.lamps import brightest_lamp
 from ..tracer.passes import Progress
 from ..tracer.plan import describe
 from ..tracer.sky import brightest
@@ -21,7 +22,7 @@ from .regions import object_ids
 
 BRIGHTER = 2.0
 """What a cut ray would have met is taken to be at most so many times as bright as the brightest pixel, or as the world
-and what emits if these are brighter: an estimate, since a highlight may be brighter still."""
+what emits and lamps if these are brighter: an estimate, since a highlight may be brighter still."""
 
 CUTOFFS = (5e-5, 1e-3)
 """The reference follows what brings more than the first: below what its samples resolve. Without a cutoff the paths
@@ -95,7 +96,7 @@ class Studio:
         constant = [s.emission for s in scene.surfaces if not isinstance(s.emission, Expression)]
         emission = max(map(max, constant), default=0.0)
         seen = max((float(np.max(film.radiance, initial=0.0)) for film in films), default=0.0)
-        return max(BRIGHTER * seen, brightest(scene.world), emission)
+        return max(BRIGHTER * seen, brightest(scene.world), emission, brightest_lamp(self._compiled))
 
     def weight(self, film: Film) -> Float32:
         """Coverage (h, w)."""

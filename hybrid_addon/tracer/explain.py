@@ -10,6 +10,7 @@ from ..scene import Float32
 from .camera import generate_rays
 from .compiled import CompiledScene
 from .interaction import Interaction
+from .lamps import lamps_met
 from .primitives import Hits
 from .rays import Rays, camera_rays
 from .signature import REFLECTED, TRANSMITTED, child_path
@@ -31,7 +32,8 @@ class Node:
     distance   : metres to what it hit; inf: it left the scene.
     object, surface : numbers of the instance (spheres and planes follow the instances) and of the surface; -1: none.
     inside     : it met the surface from behind.   angle : degrees off the geometric normal.
-    adds       : radiance that this node brings the pixel: emission and local light, or the world.
+    adds       : radiance that this node brings the pixel: emission and local light, or the world, and lamps.
+    lamps      : names of the lamps that the ray meets on its way.
     cut        : not followed: beyond the depth, or cut because it would bring little.
     counts     : False for a camera ray that met nothing that the tracer is to show.
     """
@@ -44,6 +46,7 @@ class Node:
     inside: bool = False
     angle: float = 0.0
     adds: RGB = (0.0, 0.0, 0.0)
+    lamps: tuple[str, ...] = ()
     cut: bool = False
     counts: bool = True
     children: list[Node] = field(default_factory=list)
@@ -91,6 +94,9 @@ class _Tree:
             node.counts = True
             light = Sums.zeros(1)
             ray.sample = np.zeros(1, np.intp)
+            for lamp, seen, radiance in lamps_met(self.scene, ray, hits.take(np.array([i])), Tally()):
+                node.lamps += (lamp.light.name,)
+                light.add_radiance(seen.sample, seen.throughput * radiance)
             if at is not None and i in place:
                 one = at.take(np.array([place[i]]))
                 self._describe(node, one, float(hits.t[i]))

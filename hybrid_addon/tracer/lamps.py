@@ -11,6 +11,8 @@ where the ray starts, as for all light. A lamp without a size shows nothing.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,7 +26,7 @@ from .rays import REFLECTED_RAY, Rays, offset_origin, origin_offset
 from .shadows import visibility
 from .sums import Sums
 from .tally import Tally
-from .vectors import Array, count, dot, flatnonzero, no_brighter, select, take
+from .vectors import Array, count, dot, flatnonzero, select, take
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -32,6 +34,17 @@ Numbers = NDArray[np.intp]
 
 def add_lamps(scene: CompiledScene, rays: Rays, hits: Hits, sums: Sums, tally: Tally) -> None:
     """Add the radiance of the lamps that rays (n,) meet before their hits."""
+    for lamp, seen, radiance in lamps_met(scene, rays, hits, tally):
+        tally.add("lamps", len(seen))
+        sums.add_radiance(seen.sample, seen.throughput * radiance, seen.branch)
+        if sums.signatures is not None:
+            sums.signatures.add_lamp(seen, lamp.key)
+
+
+def lamps_met(
+    scene: CompiledScene, rays: Rays, hits: Hits, tally: Tally
+) -> Iterator[tuple[CompiledLight, Rays, Float32]]:
+    """Each lamp that some of the rays (n,) meet before their hits, those rays (m,), and its radiance there (3, m)."""
     if not scene.lamps:
         return
     looks = select(~(rays.camera | rays.unlit))
@@ -42,14 +55,17 @@ def add_lamps(scene: CompiledScene, rays: Rays, hits: Hits, sums: Sums, tally: T
     strength = np.float32(1 / scene.arriving.indirect) if scene.arriving.indirect else np.float32(0)
     for lamp in scene.lamps:
         found, radiance = _met(scene, lamp, rays, hits, tally)
-        if len(found) == 0:
-            continue
-        seen = rays.take(found)
-        tally.add("lamps", len(found))
-        weighted = no_brighter(seen.throughput * (radiance * strength), scene.arriving.direct_limit)
-        sums.add_radiance(seen.sample, weighted, seen.branch)
-        if sums.signatures is not None:
-            sums.signatures.add_lamp(seen, lamp.key)
+        if len(found):
+            seen = rays.take(found)
+            yield lamp, seen, _limited(seen.throughput, radiance * strength, scene.arriving.direct_limit)
+
+
+def _limited(throughput: Float32, radiance: Float32, limit: float) -> Float32:
+    """Radiance (3, n) that is no more than the limit after its throughput (3, n)."""
+    if not np.isfinite(limit):
+        return radiance
+    brightest = (throughput * radiance).max(axis=0)
+    return radiance * (np.float32(limit) / np.maximum(brightest, np.float32(limit)))
 
 
 def _met(scene: CompiledScene, lamp: CompiledLight, rays: Rays, hits: Hits, tally: Tally) -> tuple[Numbers, Float32]:

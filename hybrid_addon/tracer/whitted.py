@@ -125,9 +125,6 @@ def _trace_wave(
     if sums.signatures is not None and at.lit is not None:
         sums.signatures.add_hits(rays_hit, at.prim, at.entering, at.lit)
 
-    if scene.plan.rough and scene.plan.specular:
-        add_through(scene, rays_hit, at, sums, tally)
-
     # Spawn at most one reflected and one transmitted ray from each hit.
     children = concatenate(spawn(scene, rays_hit, at, found.t, sums, tally))
     if watch is not None:
@@ -250,7 +247,8 @@ def add_backed(
 
 
 def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tally: Tally) -> None:
-    """Add what the hits of the rays emit, and the light that they get from the lights and the world."""
+    """Add what the hits of the rays emit, and the light that they get from the lights and the world, rough glass also
+    from behind."""
     table = at.table
     sent: list[tuple[Index, Float32]] = []  # by which hits, and the radiance
     if scene.plan.emission:
@@ -271,6 +269,8 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tal
                 sums.add_residual(sample[lost], largest_component(weight[:, lost]))
             if at.lit is not None and seen.lit is not None:
                 at.lit[shaded] = seen.lit
+    if scene.plan.rough and scene.plan.specular:
+        add_through(scene, rays, at, sums, tally)
     dimming = _dimming(scene, rays, sent)
     for index, radiance in sent:
         weighted = take(rays.throughput, index) * radiance

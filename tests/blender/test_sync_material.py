@@ -79,7 +79,7 @@ def test_a_metal_is_a_coloured_mirror(material):
     assert list(material.warn) == []
     rough = principled(material, Metallic=1.0, Roughness=0.5)
     warn_of_roughness([rough], material.warn)
-    assert "roughness 0.5 is not traced" in next(iter(material.warn))
+    assert "its roughness of 0.5 is not traced" in next(iter(material.warn))
 
 
 def test_glass_tints_each_crossing_by_the_root_of_the_base_colour(material):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hybrid_addon.report.pixel import pixel_text
-from hybrid_addon.scene import PointLight, Settings, World
+from hybrid_addon.scene import AreaLight, PointLight, Settings, World
 from hybrid_addon.tracer import CompiledScene, trace
 from hybrid_addon.tracer.explain import explain
 
@@ -52,6 +52,17 @@ def test_it_says_what_was_met(room):
     assert [child.kind for child in tree.children] == ["reflected", "refracted"]
     assert any("from inside" in line for line in text) and any("not followed" in line for line in text)
     assert sum(max(child.throughput) for child in tree.children) == pytest.approx(1, abs=1e-6)
+
+
+def test_lamps_on_the_way_are_named_and_add_up(build):
+    floor = build.quad([(-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0)])
+    lamp = AreaLight("softbox", (0, 0, 3), (0, 0, -1), (1, 0, 0), (0, 1, 0), (3, 2, 1))
+    s = build.scene((floor, build.mirror()), lights=(lamp,), world=World((0.2, 0.3, 0.4)))
+    settings = Settings(1, 2)
+    tree = explain(CompiledScene(s, settings), 8, 8)
+    np.testing.assert_allclose(total(tree), (3.2, 2.3, 1.4), rtol=1e-5)
+    assert tree.children[0].lamps == ("softbox",) and tree.lamps == ()
+    assert "reflected 100 %, past light 'softbox': the world" in pixel_text(s, tree, 8, 8)
 
 
 @pytest.mark.parametrize("projection", ["PERSP", "ORTHO"])

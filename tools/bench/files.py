@@ -41,11 +41,12 @@ def without_opengl() -> str:
 def render(scene: bpy.types.Scene, mode: str, eevee: int, samples: int, **others: float) -> dict[str, Any]:
     """One frame through Blender's render pipeline; the report of what was traced, {} in mode RASTER.
 
-    others : of the quality's settings (`presets.Quality`) what is not as a new scene has it.
+    others : of the quality's settings (`presets.Quality`) what is not as a new scene has it. Every pixel has all its
+    samples unless they say otherwise.
     """
     for name in (field.name for field in fields(Quality)):
         scene.hybrid.property_unset(name)
-    for name, value in {"mode": mode, "samples": samples, **others}.items():
+    for name, value in {"mode": mode, "samples": samples, "adaptive": 0.0, **others}.items():
         setattr(scene.hybrid, name, value)
     scene.eevee.taa_render_samples = eevee
     pipeline.sync(scene)
@@ -65,12 +66,12 @@ def warm_up(scene: bpy.types.Scene, mode: str = "HYBRID") -> None:
 
 
 def translated(name: str, size: Size) -> tuple[Scene, Settings]:
-    """A sample scene as plain data, and its settings."""
+    """A sample scene as plain data, and its settings; every pixel has all its samples."""
     scene = open_scene(name, size)
     layer = scene.view_layers[0]
     layer.update()
     translation = translate(layer.depsgraph, scene, size, (0, 0, *size), light_falloff=scene.hybrid.light_falloff)
-    return translation.scene, tracer_settings(scene)
+    return translation.scene, replace(tracer_settings(scene), adaptive=0.0)
 
 
 def traced(scene: Scene, settings: Settings, mask: Float32 | None = None, kept: Kept | None = None) -> dict[str, Any]:

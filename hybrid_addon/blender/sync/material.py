@@ -24,7 +24,7 @@ from .shaders import surface_from
 from .texture import NodeReader
 from .volume import absorption_from
 
-SHARP_ROUGHNESS = 0.25  # above it a sharp mirror image looks wrong enough to be worth a warning
+MIRROR_ROUGHNESS = 0.25  # above it a sharp mirror image looks wrong enough to be worth a warning
 DEFAULT_ROUGHNESS = 0.4  # of an object without material (BKE_material_default_surface)
 DEFAULT_SPECULAR = (0.04, 0.04, 0.04)
 
@@ -70,15 +70,15 @@ def customised(surface: Surface, custom: CustomSurface | None) -> Surface:
 
 
 def warn_of_roughness(surfaces: Sequence[Surface], warn: Warnings) -> None:
-    """Name the rough surfaces that are to mirror and refract sharply."""
+    """Name the rough surfaces that are to show the world's blurred image, and no objects."""
     for surface in surfaces:
         roughness = surface.roughness
         mirrors = surface.layered and surface.reflectivity != 0.0
         refracts = surface.layered and surface.opacity != 1.0 and surface.ior != 1.0
-        if (mirrors or refracts) and not isinstance(roughness, Expression) and roughness > SHARP_ROUGHNESS:
+        if (mirrors or refracts) and not isinstance(roughness, Expression) and roughness > MIRROR_ROUGHNESS:
             warn.add(
-                f"material {surface.name!r}: roughness {roughness:.2g} is not traced; it mirrors and refracts sharply "
-                "(Rough Samples is 0)"
+                f"material {surface.name!r}: it shows the world blurred, but no objects: its roughness of "
+                f"{roughness:.2g} is not traced (set Rough Samples to 1 or more)"
             )
 
 

@@ -56,7 +56,7 @@ def custom_surface(b_id: bpy.types.Object | bpy.types.Material | None) -> Custom
 
 
 def rough_samples(b_scene: bpy.types.Scene) -> int:
-    """Rays for each reflection and refraction of a rough surface; 0: it mirrors and refracts sharply."""
+    """Rays for each reflection and refraction of a rough surface; 0: it shows the world's blurred image."""
     return getattr(getattr(b_scene, "hybrid", None), "rough_samples", 0)
 
 
