@@ -151,6 +151,9 @@ class Surface:
     absorption         : RGB, 1/m, >= 0: light that goes d metres through the solid keeps exp(-absorption d) of itself
                          (Beer-Lambert). Only closed bodies that transmit have an inside; where some overlap, the
                          smallest one's counts, as with ior.
+    culled             : its back faces are not there: rays pass as through nothing. Those of closed bodies that bend or
+                         absorb light are there: by them rays leave.
+    shadow_culled      : the same for shadow rays: what a light sees the back of is not in its way.
     approximate        : the translator could not follow all that it is made of: what the raster shows of it is nearer.
     """
 
@@ -180,6 +183,8 @@ class Surface:
     sheen_roughness: Number = 0.5
     sheen_tint: Color = WHITE
     absorption: RGB = BLACK
+    culled: bool = False
+    shadow_culled: bool = False
     approximate: bool = False
 
 

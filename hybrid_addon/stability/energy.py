@@ -140,6 +140,24 @@ def _() -> Measured:
 
 @THEME.case(
     19,
+    "stacked-panes",
+    "six parallel panes of glass before a white wall in the dark, defaults, 16 samples",
+    "(1 - R) / (1 + 11 R) in the mean, at most 256 rays a sample",
+    5e-3,
+)
+def _() -> Measured:
+    panes = [(build.box((-3, k / 2, -3), (3, k / 2 + 0.04, 3)), build.glass(1.5)) for k in range(6)]
+    wall = build.quad([(-9, 5, -9), (9, 5, -9), (9, 5, 9), (-9, 5, 9)])
+    lens = replace(build.camera((0, -6, 0), (0, 0, 0), (0, 0, 1), (8, 8)), projection="ORTHO")
+    scene = build.make_scene(*panes, (wall, build.emitter(1, 1, 1)), camera=lens)
+    film = build.shoot(scene, samples=16, max_depth=32, cutoff=1 / 255)
+    rays = (film.rays["reflected"] + film.rays["refracted"]) / film.rays["camera"]
+    error = abs(float(film.radiance.mean()) - 0.96 / (1 + 11 * 0.04))
+    return Measured(error if rays <= 256 else np.nan, f"{rays:.0f} rays a sample")
+
+
+@THEME.case(
+    19,
     "shadow-rays-cut-short",
     "a floor lit through 70 tinted sheets: more than a shadow ray crosses",
     "|error| <= residual x L_max in every pixel, and a residual there alone",

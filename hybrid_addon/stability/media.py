@@ -202,3 +202,84 @@ def _() -> Measured:
     got = float(np.sqrt(np.count_nonzero(film.radiance[..., 0] > 0) / np.pi))
     expected = np.tan(np.arcsin(1 / 1.33)) / 1.6 * size / 2
     return Measured(abs(got - expected), f"{got:.2f} px, expected {expected:.2f} px", film.radiance)
+
+
+# ------------------------------------------------------------------------------------------------ parts, crossings
+
+
+def many_balls(count: int, joined: bool) -> Scene:
+    """Balls of glass in one another over a glowing floor, as parts of one mesh or as so many objects."""
+    places = np.random.default_rng(count).uniform(-0.3, 0.3, (count, 3))
+    balls = [build.icosphere(2, 0.8 - 0.01 * k) for k in range(count)]
+    placed = [replace(b, vertices=(b.vertices + p).astype(np.float32)) for b, p in zip(balls, places, strict=True)]
+    if joined:
+        triangles = np.concatenate([b.triangles + k * len(b.vertices) for k, b in enumerate(placed)])
+        placed = [build.mesh(np.concatenate([b.vertices for b in placed]), triangles)]
+    lens = build.camera((0, -5, 1.5), (0, 0, 0), (0, 0, 1), (32, 24), 0.3)
+    floor = (build.floor(9, -1.5), build.emitter(0.7, 0.2, 0.1))
+    return build.make_scene(*[(b, build.glass(1.45)) for b in placed], floor, camera=lens)
+
+
+@THEME.case(
+    11,
+    "glass-through-itself",
+    "2, 4, 8, 20 balls of glass in one another, in one mesh and apart",
+    "the same picture, and no medium lost",
+    0.02,
+    "share of pixels",
+)
+def _() -> Measured:
+    worst, rays = 0.0, []
+    for count in (2, 4, 8, 20):
+        one, apart = (build.shoot(many_balls(count, joined), max_depth=8, cutoff=1 / 255) for joined in (True, False))
+        worst = max(worst, float((np.abs(one.radiance - apart.radiance).max(axis=2) > 0.05).mean()))
+        rays.append(str(one.rays["refracted"]))
+    return Measured(worst, "refracted rays in one mesh: " + ", ".join(rays))
+
+
+@THEME.case(
+    11,
+    "solids-cross-at-a-hair",
+    "water in glass, their front faces tilted against one another by 0, 1e-7 .. 1e-2",
+    "no medium lost; the picture stays",
+    1e-3,
+    "mean radiance",
+)
+def _() -> Measured:
+    worst, touching = 0.0, None
+    lens = build.camera((0, -6, 3), (0, 0, 0), (0, 0, 1), (48, 36), 0.36)
+    for tilt in (0.0, 1e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 1e-3, 1e-2):
+        water = build.box((-0.8, -1, -0.8), (0.8, 1, 0.8))
+        corners = water.vertices.astype(np.float64)
+        front = corners[:, 1] < 0
+        corners[front, 1] -= tilt * corners[front, 0] / 0.8
+        water = replace(water, vertices=corners.astype(np.float32))
+        parts = (build.box(), build.glass(1.5)), (water, build.glass(1.33))
+        floor = (build.floor(6, -1.5), build.emitter(0.7, 0.2, 0.1))
+        film = build.shoot(build.make_scene(*parts, floor, camera=lens), max_depth=12, cutoff=1 / 255)
+        touching = film if touching is None else touching
+        worst = max(worst, float(np.abs(film.radiance - touching.radiance).mean()))
+    return Measured(worst)
+
+
+@THEME.case(
+    11,
+    "open-part-and-rounded-seams",
+    "a ball that absorbs, each triangle on its own, corners 1e-7 and 1e-6 apart, with an open sheet in its mesh",
+    "exp(-2 absorption) through its middle",
+    5e-3,
+)
+def _() -> Measured:
+    ball, sheet = build.icosphere(4), build.floor(0.3, -1.5)
+    sigma = np.array((0.6, 0.2, 0.4))
+    green = replace(build.glass(1.0001), absorption=tuple(sigma.tolist()))
+    lens = build.camera((0, 0, 5), (0, 0, 0), (0, 1, 0), (9, 9), 0.05)
+    worst = 0.0
+    for noise in (0.0, 1e-7, 1e-6):
+        points = ball.vertices[ball.triangles].reshape(-1, 3).astype(np.float64)
+        points += noise * np.random.default_rng(1).uniform(-1, 1, points.shape)
+        triangles = np.concatenate([np.arange(len(points)).reshape(-1, 3), sheet.triangles + len(points)])
+        mesh = build.mesh(np.concatenate([points, sheet.vertices]), triangles)
+        film = build.shoot(build.make_scene((mesh, green), camera=lens, world=build.WHITE_WORLD), max_depth=4)
+        worst = max(worst, largest(film.radiance[4, 4], np.exp(-2 * sigma)))
+    return Measured(worst)

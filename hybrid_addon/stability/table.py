@@ -15,6 +15,7 @@ from . import (  # some files only add cases to a theme of another one
     film,
     fresnel,
     invariance,
+    lamps,
     lenses,
     lighting,
     media,
@@ -28,7 +29,7 @@ from . import (  # some files only add cases to a theme of another one
 from .case import Case, Result
 
 MODULES = (
-    invariance, rays, fresnel, optics, lenses, energy, media, sheets, degenerate, transforms, lighting, strength,
+    invariance, rays, fresnel, optics, lenses, energy, media, sheets, degenerate, transforms, lighting, lamps, strength,
     normals, cameras, film, determinism, effects,
 )  # fmt: skip
 THEMES = tuple(dict.fromkeys(module.THEME for module in MODULES))

@@ -81,7 +81,9 @@ class CompiledScene:
         self._note_kept()
 
     def _make_sets(self) -> None:
-        g = self.geometry
+        g, table = self.geometry, self.surfaces
+        whole = self.media.rank < self.media.count if len(self.media.rank) else np.zeros(len(g.surface), bool)
+        self._culled, self._shadow_culled = (of[g.surface] & ~whole for of in (table.culled, table.shadow_culled))
         self.seen_by_camera = self._set(g.camera)
         self.seen_by_secondary = self._set(g.secondary if self.plan.secondary else np.zeros_like(g.secondary))
         hides = g.secondary & ~self.surfaces.transmits[g.surface]
@@ -98,7 +100,8 @@ class CompiledScene:
 
         def blockers(members: NDArray[np.bool_], hollow: NDArray[np.bool_] | None = None) -> Blockers:
             members = members & ~clear
-            return Blockers(self._set(members), opaque, bool((members & ~opaque).any()), hollow)
+            seen = self._lit(members).backwards()  # shadow rays go against the light
+            return Blockers(seen, opaque, bool((members & ~opaque).any()), hollow)
 
         self._blockers = blockers(casts if self.plan.shadows else np.zeros_like(casts))
         linked = [(light.key, light.blocks) for light in (*self.lights, *self.lamps) if light.blocks is not None]
@@ -120,9 +123,18 @@ class CompiledScene:
             return None
         g = self.geometry
         veils = g.camera & ~g.ray_traced & self.surfaces.transmits[g.surface]
-        return Backing(scene.camera, scene.raster, self.settings.filter_radius, g, self.surfaces, self._set(veils))
+        seen = self._set(veils).backwards()  # asked from what is seen to the eye
+        return Backing(scene.camera, scene.raster, self.settings.filter_radius, g, self.surfaces, seen)
 
     def _set(self, members: NDArray[np.bool_]) -> PrimitiveSet:
+        """What of the primitives `members` (np,) is to be seen."""
+        return self._all(members).without_backs(self._culled)
+
+    def _lit(self, members: NDArray[np.bool_]) -> PrimitiveSet:
+        """What of them is in the way of light."""
+        return self._all(members).without_backs(self._shadow_culled)
+
+    def _all(self, members: NDArray[np.bool_]) -> PrimitiveSet:
         """A primitive set, built once however many kinds of ray share it."""
         key = np.packbits(members).tobytes()
         if key not in self._sets:
@@ -165,7 +177,7 @@ class CompiledScene:
         """What photons are sent to, and all that they may meet on their ways from there."""
         g = self.geometry
         casters = g.shadow & g.ray_traced
-        return self._set(casters), self._set(casters | ((g.shadow | g.camera) & ~g.ray_traced))
+        return self._lit(casters), self._lit(casters | ((g.shadow | g.camera) & ~g.ray_traced))
 
     @cached_property
     def solids(self) -> PrimitiveSet:

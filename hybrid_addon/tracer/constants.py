@@ -56,6 +56,9 @@ LIGHT_BUDGET = 1 / 16
 FAINT_LIGHT = 1 / 256
 """And of that, what one hit may lose. Most hits on glass and mirrors are this far from their highlights' peaks."""
 
+MAX_HIDDEN_FACES = 256
+"""A ray looks through at most so many back faces that are not there; the next one is."""
+
 MAX_SHADOW_CROSSINGS = 64
 """A shadow ray crosses at most so many non-opaque surfaces; then it counts as blocked."""
 
@@ -108,8 +111,9 @@ another."""
 PUSHES = 8
 """So often an origin is moved on at most; of more surfaces, each just behind the other, one may be lost."""
 
-MOST_NEAR = 1 << 20
-"""If more pairs of triangles come near one another, none is looked at: finding them would take minutes."""
+MOST_NEAR, MOST_ASKED = 1 << 22, 1 << 26
+"""If more pairs of triangles come near one another, 64 MB of them, or so many had to be compared, some seconds, none is
+looked at when rays hit them."""
 
 RANK_BITS = 22
 """Of the 32 bits of a row of media those that tell the solid: 4 million. The others tell how often a ray is inside of

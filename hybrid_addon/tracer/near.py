@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
-from .constants import MOST_NEAR, NEAR
+from .constants import MOST_ASKED, MOST_NEAR, NEAR, TOUCH_PAIRS
 from .geometry import Geometry
 from .soup import corner_bounds
-from .touching import Boxes
 from .vectors import Index, flatnonzero, take
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 Stack = NDArray[np.int32]
 
-TOGETHER = 256
-"""Triangles that are compared at once: those of a mesh that follow one another are mostly neighbours."""
+WIDE = 4.0
+"""Boxes so many times wider than the median are looked at apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,32 +43,29 @@ class Near:
 
 def find_near(g: Geometry, prims: Numbers, size: Numbers) -> Near | None:
     """Pairs among the parts with triangles `prims` (p,), `size` (b,) of each; None: there are none, or too many."""
-    starts = np.cumsum(size) - size
-    low, high = corner_bounds(g.vertices, g.triangles[prims])
-    room = (NEAR * g.extent[prims]).astype(np.float64)
-    runs = starts[size > 0]
-    if len(runs) < 2:
+    if len(size) < 2:
         return None
-    most = np.maximum.reduceat(room, runs)[:, None]
-    bottom, top = np.minimum.reduceat(low, runs, axis=0) - most, np.maximum.reduceat(high, runs, axis=0) + most
+    low, high = corner_bounds(g.vertices, g.triangles[prims])
+    room = (NEAR * g.extent[prims])[:, None]
+    low, high = low - room, high + room
+    starts = np.cumsum(size) - size
+    bottom, top = np.minimum.reduceat(low, starts, axis=0), np.maximum.reduceat(high, starts, axis=0)
     order = np.argsort(bottom[:, 0], kind="stable")
-    left: list[Numbers] = []
-    right: list[Numbers] = []
-    found, asked = 0, 0
+    left, right = [np.zeros(0, np.intp)], [np.zeros(0, np.intp)]
+    found = asked = 0
     for k, i in enumerate(order.tolist()):
         others = order[k + 1 :]
         others = others[: np.searchsorted(bottom[others, 0], top[i, 0], side="right")]
-        others = others[((bottom[others] <= top[i]) & (top[others] >= bottom[i])).all(axis=1)]
-        mine = slice(int(runs[i]), int(runs[i] + size[size > 0][i]))
-        for j in others.tolist():
-            theirs = slice(int(runs[j]), int(runs[j] + size[size > 0][j]))
-            a, b = _pairs(low, high, room, mine, theirs, np.maximum(bottom[i], bottom[j]), np.minimum(top[i], top[j]))
-            near = _come_near(g, prims[a], prims[b])
-            left.append(prims[a[near]])
-            right.append(prims[b[near]])
-            found, asked = found + len(left[-1]), asked + 1
-            if found > MOST_NEAR or asked > MOST_NEAR:
-                return None
+        for j in others[((bottom[others] <= top[i]) & (top[others] >= bottom[i])).all(axis=1)].tolist():
+            common = np.maximum(bottom[i], bottom[j]), np.minimum(top[i], top[j])
+            one, two = (_within(low, high, starts[part], size[part], *common) for part in (i, j))
+            for a, b, pairs in _meeting(low, high, one, two):
+                near = _come_near(g, prims[a], prims[b])
+                left.append(prims[a[near]])
+                right.append(prims[b[near]])
+                found, asked = found + len(left[-1]), asked + pairs
+                if found > MOST_NEAR or asked > MOST_ASKED:
+                    return None
     if found == 0:
         return None
     one, two = np.concatenate([*left, *right]), np.concatenate([*right, *left])
@@ -77,26 +74,42 @@ def find_near(g: Geometry, prims: Numbers, size: Numbers) -> Near | None:
     return Near(start, two[order])
 
 
-def _pairs(
-    low: Float32, high: Float32, room: Float64, mine: slice, theirs: slice, bottom: Float64, top: Float64
-) -> tuple[Numbers, Numbers]:
-    """Numbers (k,), (k,) of boxes of two runs that meet, where these do: in the box from `bottom` to `top`."""
-    both = []
-    for run in (mine, theirs):
-        there = ((low[run] - room[run, None] <= top) & (high[run] + room[run, None] >= bottom)).all(axis=1)
-        both.append(run.start + flatnonzero(there))
-    one, two = both
-    boxes = Boxes(low[two], high[two], room[two])
-    left, right = [np.zeros(0, np.intp)], [np.zeros(0, np.intp)]
-    for start in range(0, len(one), TOGETHER):
-        part = one[start : start + TOGETHER]
-        lowest, highest = (low[part] - room[part, None]), (high[part] + room[part, None])
-        for near in boxes.near(lowest.min(axis=0), highest.max(axis=0)):
-            touch = (lowest[:, None] <= boxes.high[near]) & (highest[:, None] >= boxes.low[near])
-            a, b = np.nonzero(touch.all(axis=2))
-            left.append(part[a])
-            right.append(two[near[b]])
-    return np.concatenate(left), np.concatenate(right)
+def _within(low: Float32, high: Float32, start: int, size: int, bottom: Float32, top: Float32) -> Numbers:
+    """Numbers (k,) of boxes of a run that meet the box from `bottom` to `top`."""
+    run = slice(int(start), int(start + size))
+    return run.start + flatnonzero(((low[run] <= top) & (high[run] >= bottom)).all(axis=1))
+
+
+def _meeting(low: Float32, high: Float32, one: Numbers, two: Numbers) -> Iterator[tuple[Numbers, Numbers, int]]:
+    """Numbers (k,), (k,) of boxes `one` (a,) and `two` (b,) that meet, some after the others; and how many were asked.
+
+    The others are sorted along one axis; those much wider than most apart from the rest, for the widest of them tells
+    how far back one has to look.
+    """
+    if len(one) == 0 or len(two) == 0:
+        return
+    width = high[two] - low[two]
+    axis = int(np.argmax(np.ptp(low[two], axis=0) / (width.mean(axis=0) + np.finfo(np.float32).tiny)))
+    width = width[:, axis]
+    wide = width > WIDE * np.median(width)
+    for group in (two[~wide], two[wide]):
+        if len(group) == 0:
+            continue
+        group = group[np.argsort(low[group, axis], kind="stable")]
+        begins = low[group, axis]
+        first = np.searchsorted(begins, low[one, axis] - np.max(high[group, axis] - begins))
+        count = np.searchsorted(begins, high[one, axis], side="right") - first
+        band = np.cumsum(count) // TOUCH_PAIRS
+        for number in np.unique(band).tolist():
+            some = flatnonzero(band == number)
+            times = count[some]
+            a = np.repeat(one[some], times)
+            within = np.arange(len(a)) - np.repeat(np.cumsum(times) - times, times)
+            b = group[np.repeat(first[some], times) + within]
+            for k in range(3):
+                there = (low[a, k] <= high[b, k]) & (high[a, k] >= low[b, k])
+                a, b = a[there], b[there]
+            yield a, b, len(within)
 
 
 def _come_near(g: Geometry, a: Numbers, b: Numbers) -> Bools:

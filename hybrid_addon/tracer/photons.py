@@ -225,7 +225,7 @@ class _Tracer:
         start = offset_origin(point, normal, take(at.offset, chosen))
         reach = (take(distance, chosen) * SHADOW_REACH).astype(np.float32)
         toward = take(to_eye, chosen).astype(np.float32)
-        hidden = self.scene.seen_by_camera.occluded(start, toward, reach, tally)
+        hidden = self.scene.seen_by_camera.backwards().occluded(start, toward, reach, tally)
         chosen = chosen[~hidden]
         area = footprint(camera, depth[chosen], distance[chosen], cosine[chosen])
         pixel = (j[chosen] * (x1 - x0) + i[chosen]).astype(np.intp)

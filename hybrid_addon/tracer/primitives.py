@@ -6,6 +6,7 @@ over planes, and the lower primitive number wins (among triangles Embree decides
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from .constants import (
     BARYCENTRIC_SLACK,
     FLOAT32_ULP,
     GRAZING_COSINE,
+    MAX_HIDDEN_FACES,
     MAX_RETRACES,
     MISS,
     RETRACE_GROWTH,
@@ -23,10 +25,11 @@ from .constants import (
 )
 from .geometry import Geometry
 from .kept import Kept
-from .shapes import plane_distance, sphere_distance
+from .rays import offset_origin, origin_offset
+from .shapes import onto_sphere, plane_distance, sphere_distance
 from .tally import Tally
 from .trees import trees_over
-from .vectors import ALL, Array, Index, flatnonzero, largest_component, take
+from .vectors import ALL, Array, Index, dot, flatnonzero, largest_component, take
 
 Bools = NDArray[np.bool_]
 
@@ -67,6 +70,26 @@ class PrimitiveSet:
         self._triangles = trees_over(geometry, members[:nt], Kept(0) if kept is None else kept, divided)
         self._spheres = flatnonzero(members[nt : nt + ns])
         self._planes = flatnonzero(members[nt + ns :]) + nt + ns
+        self._members = members
+        self._hidden: Bools | None = None
+        self._side = 1.0
+
+    def without_backs(self, culled: Bools) -> PrimitiveSet:
+        """The same, but the back faces of the primitives `culled` (np,) are not there."""
+        hidden = self._members & culled
+        if not hidden.any():
+            return self
+        other = copy.copy(self)
+        other._hidden = hidden
+        return other
+
+    def backwards(self) -> PrimitiveSet:
+        """The same for rays that go against the way from which it is seen: their fronts are what is seen as back."""
+        if self._hidden is None:
+            return self
+        other = copy.copy(self)
+        other._side = -self._side
+        return other
 
     def __len__(self) -> int:
         return self.triangle_count + len(self._spheres) + len(self._planes)
@@ -75,6 +98,44 @@ class PrimitiveSet:
 
     def nearest(self, origin: Float32, direction: Array, tally: Tally) -> Hits:
         """Nearest hit of rays (3, n), all of them traceable. Embree sees float64 directions rounded."""
+        hits = self._nearest(origin, direction, tally)
+        if self._hidden is not None:
+            self._look_through(hits, origin, direction, tally)
+        return hits
+
+    def _look_through(self, hits: Hits, origin: Float32, direction: Array, tally: Tally) -> None:
+        """Replace hits on faces that are not there by those behind, at their distances along the same rays."""
+        for _ in range(MAX_HIDDEN_FACES):
+            hidden = flatnonzero(self._is_hidden(hits))
+            if len(hidden) == 0:
+                return
+            face, start, d = hits.take(hidden), origin.take(hidden, axis=1), direction.take(hidden, axis=1)
+            point = start + d * face.t
+            offset = origin_offset(point.astype(np.float32), self.geometry.extent.take(face.prim))
+            behind = offset_origin(point, face.normal, offset * np.sign(face.toward).astype(np.float32))
+            found = self._nearest(behind, d, tally)
+            found.t += dot(behind - start.astype(np.float64), d)
+            self._sharpen_along(found, start, d)
+            self._store(hits, hidden, found, np.ones(len(hidden), bool))
+
+    def _is_hidden(self, hits: Hits) -> Bools:
+        assert self._hidden is not None
+        there: Bools = self._hidden.take(hits.prim, mode="wrap") & (hits.prim >= 0)
+        return there & (hits.toward * self._side > 0)
+
+    def _sharpen_along(self, hits: Hits, origin: Float32, direction: Array) -> None:
+        """Distances of hits along rays that run within an offset of those which found them, from the exact geometry."""
+        g = self.geometry
+        met = flatnonzero(hits.prim >= 0)
+        ball = (hits.prim[met] >= g.triangle_count) & (hits.prim[met] < g.triangle_count + g.sphere_count)
+        flat, round_ = met[~ball], met[ball]
+        facets = np.ascontiguousarray(g.facets.take(hits.prim[flat], axis=0).T)
+        hits.t[flat], hits.toward[flat] = plane_distance(facets, origin[:, flat], direction[:, flat])
+        sphere = hits.prim[round_] - g.triangle_count
+        center, radius = g.sphere_center[sphere].T, g.sphere_radius[sphere]
+        hits.t[round_] = onto_sphere(center, radius, origin[:, round_], direction[:, round_], hits.t[round_])
+
+    def _nearest(self, origin: Float32, direction: Array, tally: Tally) -> Hits:
         rounded: Float32 = direction.astype(np.float32, copy=False)
         with tally.phase("intersect"):
             prim = self._triangles.intersect(origin, rounded)
@@ -204,6 +265,10 @@ class PrimitiveSet:
         for plane in self._planes:
             t, _ = plane_distance(g.facets[plane][:, None], origin, direction)
             blocked |= (t > 0) & (t < t_max)
+        if self._hidden is not None:
+            asked = flatnonzero(blocked)
+            hits = self.nearest(origin.take(asked, axis=1), direction.take(asked, axis=1), tally)
+            blocked[asked] = hits.t < t_max[asked]
         return blocked
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..scene import Float64
-from .vectors import Array
+from .vectors import Array, dot
 
 
 def plane_distance(facets: Float64, origin: Array, direction: Array) -> tuple[Float64, Float64]:
@@ -46,3 +46,13 @@ def sphere_distance(center: Float64, radius: float, origin: Array, direction: Ar
     near, far = np.minimum(t0, t1), np.maximum(t0, t1)
     t = np.where(near > 0, near, np.where(far > 0, far, np.inf))
     return np.where(discriminant > 0, t, np.inf)
+
+
+def onto_sphere(center: Float64, radius: Float64, origin: Array, direction: Array, t: Float64) -> Float64:
+    """Distances t (n,), each close to where its ray meets its sphere, made exact by a step of Newton's.
+
+    center, radius : (3, n) and (n,).
+    """
+    arm = origin + direction * t - center
+    slope = 2 * dot(arm, direction)
+    return t - np.where(slope != 0, (dot(arm, arm) - radius * radius) / np.where(slope != 0, slope, 1), 0)

@@ -42,7 +42,7 @@ Numbers = NDArray[np.intp]
 
 def find_solids(scene: Scene, geometry: Geometry, table: SurfaceTable) -> tuple[Geometry, Media]:
     """The media of a scene, and its geometry with touching solids swollen and thin walls marked by a larger extent."""
-    transmits = table.clear[geometry.surface]
+    transmits = table.bounds_solids[geometry.surface]
     if not (transmits & (table.refracts | table.absorbs)[geometry.surface]).any():
         return geometry, Media()
     geometry, bodies = _bodies(scene, geometry, transmits)

@@ -129,7 +129,8 @@ def _add_blurred(scene: CompiledScene, rays: Rays, at: Interaction, split: Split
     coat = np.where(smooth, at.value("coat", index) - at.value("coat_blurred", index), np.float32(0))
     sharp = np.minimum(take(rays.throughput, index) * coat, take(split.reflected, index))
     if scene.plan.world:
-        roughness, wo, n = at.value("lobe_roughness", index), take(at.wo, index), take(at.n_shading, index)
+        roughness, wo = at.value("lobe_roughness", index), take(at.wo, index)
+        n = reflecting_normal(wo, take(at.n_shading, index), take(at.n_geometric, index))
         light = (take(split.reflected, index) - sharp) * scene.world.glossy(mirrored(wo, n, roughness), roughness)
         light += take(split.transmitted, index) * take(split.bends, index) * scene.world.glossy(-wo, roughness)
         sums.add_radiance(take(rays.sample, index), light, take(rays.branch, index))

@@ -46,6 +46,9 @@ class SurfaceTable:
     shadow_opaque: Bools  # (s,) blocks every shadow ray
     shadow_clear: Bools  # (s,) lets every shadow ray pass unchanged
 
+    culled: Bools  # (s,) its back faces are not there,
+    shadow_culled: Bools  # (s,) or not for lights
+
     varies: Bools  # (s,) what a hit gathers depends on its angle or place
     expressive: Bools  # (s,) expressions tell of it
     varies_through: Bools  # (s,) and of what it lets through
@@ -84,6 +87,11 @@ class SurfaceTable:
     def absorbs(self) -> Bools:
         """(s,) whether what passes through it meets a medium that absorbs."""
         return self.transmits & (self.absorption != 0).any(axis=0)
+
+    @property
+    def bounds_solids(self) -> Bools:
+        """(s,) whether closed bodies of it are solids: what is clear, and has both sides if it need not have them."""
+        return self.clear & (self.refracts | self.absorbs | ~(self.culled | self.shadow_culled))
 
     @property
     def textured(self) -> bool:
@@ -130,6 +138,7 @@ def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
     blurs = layered & tabulated.blurs
     table = SurfaceTable(
         high["ior"][0], **_flags(low, high),
+        culled=np.array([s.culled for s in surfaces]), shadow_culled=np.array([s.shadow_culled for s in surfaces]),
         varies=layered | expressive, expressive=expressive,
         varies_through=(layered | through) & expressive & ~tabulated.known, layered=layered, blurs=blurs,
         tabulated=tabulated, surfaces=surfaces, blur_roughness=_blur_roughness(low, high, blurs),

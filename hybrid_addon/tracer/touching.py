@@ -66,7 +66,7 @@ class Bodies:
 
 
 @dataclass(eq=False)
-class Boxes:
+class _Boxes:
     """Boxes low, high (p, 3) of primitives, with room for what touches them, margin (p,), and of each BLOCK of them in
     a row."""
 
@@ -106,7 +106,7 @@ def neighbour_extent(g: Geometry, solids: Bodies) -> Float64:
     low, high = corner_bounds(g.vertices, g.triangles[triangles])
     everywhere = np.full((len(others) - len(triangles), 3), np.inf, np.float32)  # where planes are
     low, high = np.concatenate([low, -everywhere]), np.concatenate([high, everywhere])
-    boxes, result = Boxes(low, high, margin), np.zeros(len(solids))
+    boxes, result = _Boxes(low, high, margin), np.zeros(len(solids))
     for i in range(len(result)):
         own = SWELLING * float(solids.extent[i])
         points = _points(g, solids, i)

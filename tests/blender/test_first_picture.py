@@ -72,7 +72,7 @@ def test_a_scene_is_drawn_once_and_cycles_samples_add_up(addon, tmp_path, monkey
     monkeypatch.setattr(draw.hybrid, "render", None)  # fails if it were called
     again = draw.Drawing(SCENES["studio_balls"], size, 1, folder).draw(5)
     assert again["cycles samples"] == 5 and set(drawn) == {"CYCLES"}
-    assert again["eevee seconds"] == found["eevee seconds"]
+    assert again["eevee wall"] == found["eevee wall"]
     assert json.loads((folder / "notes.json").read_text())["cycles"]["chunks"] == [1, 1, 3]
     assert "studio balls" in tabulated({"studio_balls": again}).markdown()
     bpy.ops.wm.read_factory_settings()

@@ -8,7 +8,7 @@ import pytest
 from hybrid_addon.scene import PointLight, Settings, World
 from hybrid_addon.stability import effects
 from hybrid_addon.stability.build import shoot
-from hybrid_addon.tracer import sums, trace, whitted
+from hybrid_addon.tracer import trace, whitted
 from hybrid_addon.tracer.constants import BUDGET_UNIT, FAINT_LIGHT, LIGHT_BUDGET
 from hybrid_addon.tracer.sums import Sums
 
@@ -160,14 +160,3 @@ def test_a_wave_in_parts_gives_the_same_bits(monkeypatch):
     for blurred in (False, True):
         scene = effects.out_of_focus(effects.effects()) if blurred else effects.effects()
         assert effects.differ(shoot(scene, **effects.HYBRID), effects.reference(blurred)) == 0
-
-
-def test_of_too_many_branches_the_heaviest_are_kept(monkeypatch):
-    monkeypatch.setattr(sums, "MAX_BRANCHES", 4)
-    sample = np.array([0] * 3 + [1] * 6 + [2] * 4 + [1] * 2)
-    weight = np.float32([9, 9, 9, 1, 5, 2, 7, 3, 0, 1, 1, 1, 1, 6, 2])
-    held = Sums.zeros(3)
-    held.generation[:] = 3  # in fewer there are no more than 4 branches
-    over = held.crowded(sample, weight)
-    assert np.flatnonzero(over).tolist() == [3, 5, 14]  # of sample 1: 7, 6, 5, 3 are kept, 0 is no branch
-    assert not held.crowded(sample[:3], weight[:3]).any()

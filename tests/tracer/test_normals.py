@@ -123,7 +123,7 @@ def leaning(build, surface, angle, **other):
     s = build.scene(
         (floor, replace(surface, normal=normal)), camera=build.camera(eye, up=(0, 0, 1), half=1e-4), **other
     )
-    return trace(s, build.one_ray).radiance[8, 8]
+    return trace(s, replace(build.one_ray, samples=16, rough_samples=1)).radiance[8, 8]
 
 
 @pytest.mark.parametrize("degrees", [10, 24, 26, 50, 80])

@@ -82,9 +82,12 @@ def tabulated(figures: Mapping[str, Mapping[str, Any]]) -> Table:
         "of Cycles' noise": "noise",
         "FLIP EEVEE": "eevee flip",
         "FLIP Hybrid": "hybrid flip",
-        "EEVEE s": "eevee seconds",
-        "Hybrid s": "hybrid seconds",
-        "Cycles s": "cycles seconds",
+        "EEVEE s": "eevee wall",
+        "cpu s": "eevee cpu",
+        "Hybrid s": "hybrid wall",
+        "cpu s ": "hybrid cpu",
+        "Cycles s": "cycles wall",
+        "cpu s  ": "cycles cpu",
         "Cycles samples": "cycles samples",
     }
     table = Table(
@@ -92,7 +95,7 @@ def tabulated(figures: Mapping[str, Mapping[str, Any]]) -> Table:
         ["", *columns],
         note="As the file's view transform shows it, over the pixels that ray traced objects cover by more than half. "
         f"Cycles: no denoiser, {BOUNCES} bounces, nothing clamped; its noise is half of the RMSE between the two "
-        "halves of its samples. Seconds: wall, one run each.",
+        "halves of its samples. Seconds: wall and of all processors, one run each.",
     )
     for name, found in figures.items():
         table.rows.append([name.replace("_", " "), *(found[key] for key in columns.values())])

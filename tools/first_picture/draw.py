@@ -61,18 +61,18 @@ class Drawing:
 
     def _eevee(self) -> dict[str, Any]:
         self._small(lambda: _rendered(self.scene))
-        picture, seconds = _rendered(self.scene)
+        picture, spent = _rendered(self.scene)
         images.write_exr(self.folder / "eevee.exr", picture)
-        return {"seconds": seconds}
+        return spent
 
     def _hybrid(self) -> dict[str, Any]:
         self._small(lambda: hybrid.render(self.scene, samples=1))
         clock = Clock()
         result = hybrid.render(self.scene, samples=self.samples)
-        seconds = clock.read()["wall"]
+        spent = clock.read()
         images.write_exr(self.folder / "hybrid.exr", result.image)
         images.write_exr(self.folder / "mask.exr", result.mask)
-        return {"seconds": seconds, "warnings": result.report["warnings"], "time": result.report["time"]}
+        return {**spent, "warnings": result.report["warnings"], "time": result.report["time"]}
 
     def _small(self, work: Callable[[], Any]) -> None:
         """Let EEVEE compile its shaders on a small picture, and set the size and samples that count."""
@@ -86,7 +86,7 @@ class Drawing:
         """Renders with other seeds, until all have enough samples together; at least two, which tell the noise."""
         note = self.notes.get("cycles", {})
         if note.get("key") != self.source:
-            note = {"key": self.source, "chunks": [], "seconds": 0.0}
+            note = {"key": self.source, "chunks": [], "wall": 0.0, "cpu": 0.0}
         scene = self.scene
         scene.render.engine = "CYCLES"
         scene.render.resolution_x, scene.render.resolution_y = self.size
@@ -98,11 +98,11 @@ class Drawing:
         while (missing := samples - sum(note["chunks"])) > 0:
             c.samples = min(CHUNK, missing, -(-samples // 2))
             c.seed = len(note["chunks"])
-            picture, seconds = _rendered(scene)
+            picture, spent = _rendered(scene)
             images.write_exr(self.folder / f"cycles-{c.seed}.exr", picture)
             note["chunks"].append(c.samples)
-            note["seconds"] += seconds
-            self._note("cycles", note)
+            self._note("cycles", {**note, **{clock: note[clock] + spent[clock] for clock in spent}})
+            note = self.notes["cycles"]
 
     def _compare(self) -> dict[str, Any]:
         """The sheet, and errors over the flagged pixels as they are shown, against Cycles."""
@@ -120,7 +120,7 @@ class Drawing:
             found[f"{name} rmse"] = metrics.rmse(shown[name], shown["cycles"], flagged)
             found[f"{name} flip"] = None if difference is None else float(difference[flagged].mean())
         for name in ("eevee", "hybrid", "cycles"):
-            found[f"{name} seconds"] = self.notes[name]["seconds"]
+            found[f"{name} wall"], found[f"{name} cpu"] = self.notes[name]["wall"], self.notes[name]["cpu"]
         return {**found, "warnings": self.notes["hybrid"]["warnings"]}
 
     def _read(self, name: str) -> np.ndarray:
@@ -139,14 +139,14 @@ def _mean(parts: list[np.ndarray], weights: list[int]) -> np.ndarray:
     return np.average(np.stack(parts).astype(np.float64), axis=0, weights=weights).astype(np.float32)
 
 
-def _rendered(scene: bpy.types.Scene) -> tuple[np.ndarray, float]:
-    """F12 by the engine that is set, and its seconds."""
+def _rendered(scene: bpy.types.Scene) -> tuple[np.ndarray, dict[str, float]]:
+    """F12 by the engine that is set, and its seconds, wall and of all processors."""
     hybrid.disable(scene)
     clock = Clock()
     bpy.ops.render.render(scene=scene.name)
-    seconds = clock.read()["wall"]
+    spent = clock.read()
     planes = images.read_render_result(scene)
-    return next(pixels for name, pixels in planes.items() if name.endswith("Combined")), seconds
+    return next(pixels for name, pixels in planes.items() if name.endswith("Combined")), spent
 
 
 def _tracer() -> str:

@@ -83,18 +83,25 @@ def warn_of_roughness(surfaces: Sequence[Surface], warn: Warnings) -> None:
 
 
 def translate_material(b_material: bpy.types.Material, images: Images, warn: Warnings) -> Surface:
-    """The surface that a material's node tree describes, or its viewport values where it has no nodes."""
+    """The surface that a material describes, with its Backface Culling: that of the camera and that of shadows."""
     name_settings(b_material, f"material {b_material.name!r}", warn)
+    surface = replace(_described(b_material, images, warn), name=b_material.name)
+    return replace(
+        surface, culled=b_material.use_backface_culling, shadow_culled=b_material.use_backface_culling_shadow
+    )
+
+
+def _described(b_material: bpy.types.Material, images: Images, warn: Warnings) -> Surface:
+    """What its node tree describes, or its viewport values where it has no nodes."""
     if not uses_nodes(b_material):
-        return replace(_without_nodes(b_material), name=b_material.name)
+        return _without_nodes(b_material)
     reader = NodeReader(f"material {b_material.name!r}", images, warn)
     output = active_output(b_material.node_tree)
     if output is None:
         reader.warn("it has no active output; it is black")
-        return Surface(name=b_material.name, base_color=(0.0, 0.0, 0.0))
+        return Surface(base_color=(0.0, 0.0, 0.0))
     name_sockets(output, reader)
-    surface = _inside_and_out(output, reader)
-    return replace(surface, name=b_material.name, approximate=reader.approximate)
+    return replace(_inside_and_out(output, reader), approximate=reader.approximate)
 
 
 def _inside_and_out(output: Node, reader: NodeReader) -> Surface:
