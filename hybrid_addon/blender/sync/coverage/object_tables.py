@@ -79,7 +79,8 @@ OBJECT: Table = {
 
 MATERIAL: Table = {
     **followed(
-        "node_tree, use_nodes, diffuse_color, roughness, metallic, specular_intensity, use_backface_culling, use_backface_culling_shadow"
+        "node_tree, use_nodes, diffuse_color, roughness, metallic, specular_intensity,"
+        "use_backface_culling, use_backface_culling_shadow"
     ),
     "use_transparency_overlap": Named(
         "is off: ray traced, all of its layers show through one another", True, _blends, label="Transparency Overlap"
