@@ -26,7 +26,7 @@ from .rays import REFLECTED_RAY, Rays, offset_origin, origin_offset
 from .shadows import visibility
 from .sums import Sums
 from .tally import Tally
-from .vectors import Array, count, dot, flatnonzero, select, take
+from .vectors import Array, count, dot, flatnonzero, no_brighter, select, take
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
