@@ -82,8 +82,9 @@ class CompiledScene:
 
     def _make_sets(self) -> None:
         g, table = self.geometry, self.surfaces
-        whole = self.media.rank < self.media.count if len(self.media.rank) else np.zeros(len(g.surface), bool)
-        self._culled, self._shadow_culled = (of[g.surface] & ~whole for of in (table.culled, table.shadow_culled))
+        solid = self.media.rank < self.media.count
+        self._solid = solid if len(solid) else np.zeros(len(g.surface), bool)
+        self._culled, self._shadow_culled = (of[g.surface] & ~self._solid for of in (table.culled, table.shadow_culled))
         self.seen_by_camera = self._set(g.camera)
         self.seen_by_secondary = self._set(g.secondary if self.plan.secondary else np.zeros_like(g.secondary))
         hides = g.secondary & ~self.surfaces.transmits[g.surface]
@@ -183,7 +184,7 @@ class CompiledScene:
     def solids(self) -> PrimitiveSet:
         """The surfaces of all solids, to find those around the camera; built when first asked for."""
         with self._lock:
-            return self._set(self.media.rank < self.media.count)
+            return self._set(self._solid)
 
     @cached_property
     def flagged_only(self) -> PrimitiveSet:
