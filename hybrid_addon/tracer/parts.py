@@ -68,19 +68,24 @@ class _Edges:
     """
 
     def __init__(self, triangles: Numbers, usable: Bools) -> None:
-        self.count = len(triangles)
+        self.count, self.usable = len(triangles), usable
         a, b = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
-        owner = np.repeat(np.arange(len(triangles)), 3)
-        real = (a != b) & np.repeat(usable, 3)
-        self.usable = usable
-        a, b, owner = a[real], b[real], owner[real]
-        low, high = np.minimum(a, b), np.maximum(a, b)
-        order = np.argsort((low << 32) | high, kind="stable")
-        self.triangle, self.ends = owner[order], np.stack([low, high])[:, order]
-        self.forth = np.where(a < b, 1, -1)[order]
-        changes = (np.diff(self.ends, axis=1) != 0).any(axis=0)
-        self.edge = np.concatenate([[0], np.cumsum(changes)])[: len(order)]
+        real = a != b
+        if not usable.all():
+            real &= np.repeat(usable, 3)
+        corner = np.arange(len(a)) if real.all() else np.flatnonzero(real)
+        a, b = a[corner], b[corner]
+        key = (np.minimum(a, b) << 32) | np.maximum(a, b)
+        order = np.argsort(key)
+        self._key = key[order]
+        self.triangle, self.forth = corner[order] // 3, np.where(a < b, 1, -1)[order]
+        self.edge = np.concatenate([[0], np.cumsum(self._key[1:] != self._key[:-1])])[: len(order)]
         self.match = (np.bincount(self.edge, self.forth) == 0)[self.edge] if len(order) else np.zeros(0, bool)
+
+    @property
+    def ends(self) -> Numbers:
+        """(2, e)."""
+        return np.stack([self._key >> 32, self._key & 0xFFFFFFFF])
 
 
 def _numbered(edges: _Edges) -> Numbers:
