@@ -1,8 +1,8 @@
 """EEVEE's Light Strength, Clamping and Shadows, and a view layer's overrides, by EEVEE and traced, side by side.
 
-A matte, a mirror and a plastic ball on a grey floor, under a lamp and a grey world: what a lamp lights directly, and
-what comes from the world, diffuse and mirrored. The mirror also shows the floor and the other balls, which EEVEE's
-half does not without Raytracing: its ball is compared where it shows the world.
+A matte, a mirror and a plastic ball in a grey world, under a lamp: what a lamp lights directly, and what comes from the
+world, diffuse and mirrored. The mirror ball is compared where it shows neither the lamp, whose image there is smaller
+than a pixel, nor its neighbours, which EEVEE does not mirror.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ BALLS = {"matte": (0.0, 1.0), "mirror": (1.0, 0.0), "plastic": (0.0, 0.4)}  # me
 
 @pytest.fixture(scope="module")
 def studio(addon):
-    """Three balls that hang side by side before a black sky; all that they see of one another is edge on."""
+    """Three balls that hang side by side, flagged."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     kinds = {item.identifier for item in scene.render.bl_rna.properties["engine"].enum_items}
@@ -41,7 +41,7 @@ def studio(addon):
         inputs["Metallic"].default_value, inputs["Roughness"].default_value = metallic, roughness
         ball.data.materials.append(material)
     lamp = bpy.data.objects.new("lamp", bpy.data.lights.new("lamp", "POINT"))
-    lamp.data.energy, lamp.data.shadow_soft_size, lamp.location = 1500.0, 0.2, (1, -7, 4)
+    lamp.data.energy, lamp.data.shadow_soft_size, lamp.location = 2500.0, 0.2, (1, -2, 9)
     lamp.data.use_custom_distance, lamp.data.cutoff_distance = True, 1000.0
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.data.type, camera.data.ortho_scale = "ORTHO", 6.0
@@ -99,7 +99,7 @@ def test_light_strength_and_clamping_are_eevees(studio):
         off = np.abs(traced - raster).mean(axis=1) / raster.mean(axis=1)
         print(f"{name}: EEVEE {raster.mean(axis=1)}, traced {traced.mean(axis=1)}, off {off}")
         if known:
-            assert (np.abs(raster - plain).mean(axis=1) > 0.03).all(), "it changes every ball"
+            assert (np.abs(raster - plain).mean(axis=1) > 0.02).all(), "it changes every ball"
         assert (off < 0.02).all()
         np.testing.assert_allclose(sky, traced_sky, atol=0.005)
     for key, value in neutral.items():

@@ -131,15 +131,6 @@ def test_a_lamp_for_a_camera_is_refused(scene):
         translated(scene)
 
 
-def test_motion_blur_is_warned_of(scene):
-    warn = Warnings()
-    translated(scene, warn=warn)
-    assert list(warn) == []
-    scene.render.use_motion_blur = True
-    translated(scene, warn=warn)
-    assert [line.split(":")[0] for line in warn] == ["scene 'Scene'"]
-
-
 def test_the_lens_is_eevees(scene):
     b_camera = scene.camera.data
     b_dof = b_camera.dof

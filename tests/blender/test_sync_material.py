@@ -322,7 +322,7 @@ def test_layers_normals_volume_and_displacement_are_warned_of(material):
     material.link(material.add("ShaderNodeDisplacement").outputs[0], material.output.inputs["Displacement"])
     material.shade(b_node)
     text = "\n".join(material.warn)
-    for word in ("'Subsurface Weight'", "'Coat Normal'", "scattering", "displacement"):
+    for word in ("'Subsurface Weight'", "'Coat Normal'", "scattering", "'Displacement'"):
         assert word in text
 
 

@@ -3,7 +3,7 @@
     camera.py light.py world.py     those three, with their units
     objects.py                      which objects appear where, and what they wear
     mesh.py                         evaluated meshes -> arrays
-    material.py shaders.py volume.py    node trees and Custom settings -> Surface
+    material.py shaders.py conductor.py volume.py    node trees and Custom settings -> Surface
     values.py value_nodes.py texture_nodes.py    nodes of numbers and colours -> expressions
     texture.py image.py sky.py      image nodes -> Texture, image files and skies -> pixels
     kept.py motion.py               what one frame leaves for the next; what is likely to change until then

@@ -78,12 +78,13 @@ OBJECT: Table = {
 }
 
 MATERIAL: Table = {
-    **followed("node_tree, use_nodes, diffuse_color, roughness, metallic, specular_intensity"),
+    **followed(
+        "node_tree, use_nodes, diffuse_color, roughness, metallic, specular_intensity,"
+        "use_backface_culling, use_backface_culling_shadow"
+    ),
     "use_transparency_overlap": Named(
         "is off: ray traced, all of its layers show through one another", True, _blends, label="Transparency Overlap"
     ),
-    "use_backface_culling": Named("is not followed: it is solid from behind", False),
-    "use_backface_culling_shadow": Named("is not followed: its shadow is cast from both sides", False),
     **within("Displacement", "displacement_method, max_vertex_displacement"),
     **within("Subsurface Weight", "use_sss_translucency, use_thickness_from_shadow"),
     **irrelevant(
