@@ -86,12 +86,12 @@ def studio():
     )
     kit.flag(shapes.globe("Chrome ball", 0.40, 96, 48, chrome, (-1.95, -0.45, 0.40)))
     kit.flag(shapes.globe("Glass ball", 0.27, 96, 48, clear, (0.52, -1.05, 0.2705)))
-    gem = shapes.brilliant("Diamond", 0.40, kit.glass("Diamond", ior=2.42), (-0.72, -1.55, 0.003))
-    gem.rotation_euler = (0.0, math.radians(41), math.radians(-70))  # it lies on its point and girdle
+    gem = shapes.brilliant("Diamond", 0.40, kit.glass("Diamond", ior=2.42), (-0.92, -1.70, 0.003))
+    gem.rotation_euler = (0.0, math.radians(41), math.radians(-28))  # it lies on its point and girdle
     kit.flag(gem)
 
     kit.softbox("Key", (-4.2, -3.4, 4.6), (-0.3, 0.0, 0.9), 330.0, 1.9, (1.0, 0.96, 0.90))
     kit.softbox("Side", (4.6, -0.6, 2.2), (0.3, 0.3, 1.0), 260.0, (0.9, 2.8), (0.92, 0.96, 1.0))
-    kit.softbox("Halo", (-0.4, 2.2, 6.0), (-0.5, 4.6, 1.6), 560.0, 2.0, (1.0, 0.88, 0.74), round_=True)
+    kit.softbox("Halo", (-0.4, 2.2, 6.0), (-0.5, 4.6, 0.9), 640.0, 2.0, (1.0, 0.88, 0.74), round_=True)
     kit.softbox("Bar", (0.6, -3.6, 4.4), (0.2, 0.0, 0.8), 60.0, (4.4, 0.09))
     kit.camera((0.15, -8.8, 2.75), (0.0, 0.0, 1.30), 57.0)
