@@ -27,7 +27,7 @@ def main() -> int:
     parser.add_argument("scene", nargs="?", type=Path, default=ROOT / "sample_scenes" / "studio.blend")
     parser.add_argument("--output", type=Path, default=ROOT / "demo")
     parser.add_argument("--resolution", type=cli.resolution, default=(480, 360))
-    parser.add_argument("--samples", type=int, default=9)
+    parser.add_argument("--samples", type=int, help="instead of the file's")
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
     hybrid.register()

@@ -10,7 +10,7 @@ from ..scene import Float32
 from .camera import generate_rays
 from .compiled import CompiledScene
 from .interaction import Interaction
-from .lamps import lamps_met
+from .lamps import brought, lamps_met
 from .primitives import Hits
 from .rays import Rays, camera_rays
 from .signature import REFLECTED, TRANSMITTED, child_path
@@ -96,7 +96,7 @@ class _Tree:
             ray.sample = np.zeros(1, np.intp)
             for lamp, seen, radiance in lamps_met(self.scene, ray, hits.take(np.array([i])), Tally()):
                 node.lamps += (lamp.light.name,)
-                light.add_radiance(seen.sample, seen.throughput * radiance)
+                light.add_radiance(seen.sample, brought(self.scene, seen, radiance))
             if at is not None and i in place:
                 one = at.take(np.array([place[i]]))
                 self._describe(node, one, float(hits.t[i]))

@@ -8,74 +8,67 @@ such a microfacet meet no lamp, so none is counted twice. Within a solid lamps a
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import replace
 
-from ..scene import Float32
+import numpy as np
+
+from ..scene import Float32, Float64
 from .compiled import CompiledScene
 from .constants import FROSTED_ROUGHNESS, LEAST_COSINE
 from .interaction import Interaction
 from .lights import CompiledLight, shadow_rays
-from .ltc import ggx_lobe, highlight
+from .ltc import Lobe, ggx_lobe, highlight
 from .rays import Rays
 from .scattering import reflect, refract
 from .shadows import visibility
 from .spawn import share_out
-from .sums import Sums
 from .tally import Tally
-from .vectors import dot, flatnonzero, normalize
-
-Bools = NDArray[np.bool_]
+from .vectors import ALL, Array, Index, dot, flatnonzero, normalize
 
 
-def add_through(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tally: Tally) -> None:
-    """Add the light of lamps that hits of rays (n,) refract out of rough glass."""
+def through_rough_glass(scene: CompiledScene, rays: Rays, at: Interaction, tally: Tally) -> list[tuple[Index, Float32]]:
+    """Which of the hits (n,) of rays refract light of lamps out of rough glass, and its radiance (3, m)."""
     lamps = [light for light in scene.lights if light.light.transmission > 0]
     if not lamps or not scene.plan.refraction or scene.settings.rough_samples == 0:
-        return
-    index = flatnonzero(at.glows & ~rays.unlit & (rays.depth <= scene.settings.max_depth))
+        return []
+    index = flatnonzero(at.glows & ~rays.unlit)
     if len(index) == 0:
-        return
+        return []
     rays, at = rays.take(index), at.take(index)
-    split = share_out(scene, rays, at)
+    split = share_out(scene, replace(rays, throughput=np.ones_like(rays.throughput)), at)
     leaves = flatnonzero(split.bends & (split.transmitted != 0).any(axis=0))
     if len(leaves) == 0:
-        return
-    rays, at = rays.take(leaves), at.take(leaves)
-    weight, cos_i, eta = split.transmitted[:, leaves], split.cos_i[leaves], split.eta[leaves]
-    wo, n = at.wo.astype(np.float64), at.n_shading.astype(np.float64)
-    out = normalize(refract(wo, n, cos_i, eta))
-    cos_t = np.maximum(-dot(out, n), LEAST_COSINE)
-    narrower = np.abs(cos_i / (eta * cos_t) - 1) / 2
-    roughness = at.value("lobe_roughness") * np.sqrt(np.minimum(narrower, 1)).astype(np.float32)
-    back = np.asarray(-at.n_shading, np.float32)
-    lobe = ggx_lobe(reflect(out, -n).astype(np.float32), back, np.maximum(roughness, np.float32(FROSTED_ROUGHNESS / 2)))
+        return []
+    at = at.take(leaves)
+    lobe = _lobe(at, split.cos_i[leaves], split.eta[leaves])
     point, outward = at.point.astype(np.float32), -at.n_geometric
+    radiance = np.zeros_like(point)
     for lamp in lamps:
         seen = highlight(lamp, point, outward, lobe, at.offset) * np.float32(lamp.light.transmission)
         if lamp.receives is not None:
             seen *= lamp.receives.take(at.prim)
         lit = flatnonzero(seen > 0)
         if len(lit):
-            light = weight[:, lit] * (lamp.color * seen[lit])
-            _add_seen(scene, rays.take(lit), at.take(lit), lamp, light, sums, tally)
+            radiance[:, lit] += _seen(scene, at.take(lit), lamp, lamp.color * seen[lit], tally)
+    return [(index[leaves], split.transmitted[:, leaves] * radiance)]
 
 
-def _add_seen(
-    scene: CompiledScene,
-    rays: Rays,
-    at: Interaction,
-    lamp: CompiledLight,
-    light: Float32,
-    sums: Sums,
-    tally: Tally,
-) -> None:
-    """Add light (3, n) of a lamp, as far as it comes through to the outer sides of hits."""
-    if lamp.light.cast_shadow and scene.plan.shadows:
-        origin, outward = at.inner(slice(None)), -at.n_geometric
-        samples = scene.settings.shadow_samples if lamp.is_soft and at.draws is not None else 0
-        square = at.draws.square(lamp.key, 0, 1) if samples and at.draws is not None else None
-        wi, distance = shadow_rays(lamp, origin, outward, square)
-        inside = np.zeros(len(rays), bool)
-        light = light * visibility(scene, scene.blockers(lamp), wi, distance, origin, inside, None, tally)
-    sums.add_radiance(rays.sample, light.astype(np.float32), rays.branch)
+def _lobe(at: Interaction, cos_i: Float64, eta: Float64) -> Lobe:
+    """The lobes of hits (n,) around the directions in which they refract, of cosine cos_i (n,) and eta (n,)."""
+    n = at.n_shading.astype(np.float64)
+    out = normalize(refract(at.wo.astype(np.float64), n, cos_i, eta))
+    cos_t = np.maximum(-dot(out, n), LEAST_COSINE)
+    narrower = np.sqrt(np.minimum(np.abs(cos_i / (eta * cos_t) - 1) / 2, 1)).astype(np.float32)
+    roughness = np.maximum(at.value("lobe_roughness") * narrower, np.float32(FROSTED_ROUGHNESS / 2))
+    return ggx_lobe(reflect(out, -n).astype(np.float32), -at.n_shading, roughness)
+
+
+def _seen(scene: CompiledScene, at: Interaction, lamp: CompiledLight, light: Float32, tally: Tally) -> Array:
+    """Light (3, n) of a lamp, as far as it comes through to the outer sides of hits."""
+    if not (lamp.light.cast_shadow and scene.plan.shadows):
+        return light
+    is_spread = at.draws is not None and lamp.is_soft and scene.settings.shadow_samples > 0
+    square = at.draws.square(lamp.key, 0, 1) if at.draws is not None and is_spread else None
+    wi, distance = shadow_rays(lamp, at.inner(ALL), -at.n_geometric, square)
+    inside = np.zeros(len(at.prim), bool)
+    return light * visibility(scene, scene.blockers(lamp), wi, distance, at.inner(ALL), inside, None, tally)

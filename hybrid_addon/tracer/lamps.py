@@ -26,7 +26,7 @@ from .rays import REFLECTED_RAY, Rays, offset_origin, origin_offset
 from .shadows import visibility
 from .sums import Sums
 from .tally import Tally
-from .vectors import Array, count, dot, flatnonzero, select, take
+from .vectors import Array, count, dot, flatnonzero, no_brighter, select, take
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -36,7 +36,7 @@ def add_lamps(scene: CompiledScene, rays: Rays, hits: Hits, sums: Sums, tally: T
     """Add the radiance of the lamps that rays (n,) meet before their hits."""
     for lamp, seen, radiance in lamps_met(scene, rays, hits, tally):
         tally.add("lamps", len(seen))
-        sums.add_radiance(seen.sample, seen.throughput * radiance, seen.branch)
+        sums.add_radiance(seen.sample, brought(scene, seen, radiance), seen.branch)
         if sums.signatures is not None:
             sums.signatures.add_lamp(seen, lamp.key)
 
@@ -56,16 +56,12 @@ def lamps_met(
     for lamp in scene.lamps:
         found, radiance = _met(scene, lamp, rays, hits, tally)
         if len(found):
-            seen = rays.take(found)
-            yield lamp, seen, _limited(seen.throughput, radiance * strength, scene.arriving.direct_limit)
+            yield lamp, rays.take(found), radiance * strength
 
 
-def _limited(throughput: Float32, radiance: Float32, limit: float) -> Float32:
-    """Radiance (3, n) that is no more than the limit after its throughput (3, n)."""
-    if not np.isfinite(limit):
-        return radiance
-    brightest = (throughput * radiance).max(axis=0)
-    return radiance * (np.float32(limit) / np.maximum(brightest, np.float32(limit)))
+def brought(scene: CompiledScene, rays: Rays, radiance: Float32) -> Float32:
+    """What the radiance (3, n) of a lamp adds to the samples of rays that meet it: no more than *Surface Direct*."""
+    return no_brighter(rays.throughput * radiance, scene.arriving.direct_limit)
 
 
 def _met(scene: CompiledScene, lamp: CompiledLight, rays: Rays, hits: Hits, tally: Tally) -> tuple[Numbers, Float32]:

@@ -19,7 +19,7 @@ from .accel import traceable
 from .compiled import CompiledScene
 from .constants import LONGEST_WAVE, MISS
 from .crossings import with_sides
-from .frosted import add_through
+from .frosted import through_rough_glass
 from .interaction import Interaction, interact
 from .lamps import add_lamps
 from .primitives import Hits, PrimitiveSet
@@ -270,7 +270,7 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tal
             if at.lit is not None and seen.lit is not None:
                 at.lit[shaded] = seen.lit
     if scene.plan.rough and scene.plan.specular:
-        add_through(scene, rays, at, sums, tally)
+        sent += through_rough_glass(scene, rays, at, tally)
     dimming = _dimming(scene, rays, sent)
     for index, radiance in sent:
         weighted = take(rays.throughput, index) * radiance

@@ -69,7 +69,7 @@ def hybrid(bench: Bench) -> list[Table]:
     table = Table(
         f"A hybrid frame: intermediate, {size[0]}x{size[1]}, {eevee} EEVEE samples, {SUPERSAMPLES} tracer samples",
         ["frame", "wall s", "cpu s", "of EEVEE's", *(f"{phase} s" for phase in PHASES)],
-        note=f"Adaptive: {SUPERSAMPLES} samples where {ADAPTIVE:g} of contrast asks for them, as in the preset Final. "
+        note=f"Adaptive: {SUPERSAMPLES} samples where {ADAPTIVE:g} of contrast asks for them. "
         f"Draft: that preset, {DRAFT.samples} samples.",
     )
     alone = timings["EEVEE alone"]
