@@ -137,28 +137,23 @@ def _transparent(node: Node, reader: NodeReader) -> Surface:
 def _metallic(node: Node, reader: NodeReader) -> Surface:
     if node.b_node.fresnel_type != "PHYSICAL_CONDUCTOR":
         return _glossy(node, reader)
-    indices = [tuple(reader.vector(node, name)) for name in ("IOR", "Extinction")]
-    tint, edge = conductor_tints(*np.maximum(np.array(indices), 0.0))
-    return replace(
-        _shared(1.0, 0.0, 0.0),
-        layered=True,
-        base_color=tint,
-        reflection_tint=tint,
-        edge_tint=edge,
-        roughness=_roughness(node, reader),
-    )
+    n, k = (np.maximum(tuple(reader.vector(node, name)), 0.0) for name in ("IOR", "Extinction"))
+    return _metal(*conductor_tints(n, k), node, reader)
 
 
 def _glossy(node: Node, reader: NodeReader) -> Surface:
     tint = color(reader, node, "Color" if node.has_input("Color") else "Base Color")
-    return replace(
-        _shared(1.0, 0.0, 0.0),
-        layered=True,
-        base_color=tint,
-        reflection_tint=tint,
-        edge_tint=color(reader, node, "Edge Tint") if node.has_input("Edge Tint") else None,
-        roughness=_roughness(node, reader),
-    )
+    return _metal(tint, color(reader, node, "Edge Tint") if node.has_input("Edge Tint") else None, node, reader)
+
+
+def _metal(tint: Any, edge: Any, node: Node, reader: NodeReader) -> Surface:
+    fields: dict[str, Any] = {
+        "base_color": tint,
+        "reflection_tint": tint,
+        "edge_tint": edge,
+        "roughness": _roughness(node, reader),
+    }
+    return replace(_shared(1.0, 0.0, 0.0), layered=True, **fields)
 
 
 def _diffuse(node: Node, reader: NodeReader) -> Surface:
