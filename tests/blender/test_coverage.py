@@ -32,7 +32,7 @@ ELSEWHERE = {  # followed, and proved by tests of more than one value
     "CameraDOFSettings": "focus_subtarget",  # test_sync_camera
     "Camera": "type",
 }
-SINCE = {("ViewLayer", "material_override"): (5, 0, 0)}
+SINCE = {("ViewLayer", "material_override"): (5, 0, 0), ("ViewLayer", "world_override"): (5, 0, 0)}
 """What EEVEE of earlier versions does not follow either."""
 
 WITHOUT_NODES = {  # what counts where there are no nodes, which from Blender 5 on there are always

@@ -31,7 +31,8 @@ def translate_world(
 ) -> World:
     """The world of the scene, or of its view layer, with its animated values; black without one."""
     b_layer = source_layer(b_scene)
-    b_world = getattr(b_layer, "world_override", None) or b_scene.world
+    overridden = bpy.app.version >= (5, 0, 0) and b_layer.world_override  # EEVEE of Blender 4.5 has none
+    b_world = overridden or b_scene.world
     if b_world is None or not b_layer.use_sky:
         return World()
     b_world = b_world.evaluated_get(b_depsgraph)
