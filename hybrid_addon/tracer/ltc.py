@@ -89,8 +89,12 @@ def highlight(
     """
     lamp = light.light
     place = light.position.astype(np.float64)
-    toward = np.broadcast_to(place, point.shape) if isinstance(lamp, SunLight) else place - point
-    d2 = np.maximum(dot(toward, toward), least_distance.astype(np.float64) ** 2)
+    if isinstance(lamp, SunLight):  # at distance 1, whatever the scene's scale
+        toward = np.broadcast_to(place, point.shape)
+        d2 = dot(toward, toward)
+    else:
+        toward = place - point
+        d2 = np.maximum(dot(toward, toward), least_distance.astype(np.float64) ** 2)
     if isinstance(lamp, AreaLight):
         u, v = (np.array(a, np.float64)[:, None] for a in (lamp.axis_u, lamp.axis_v))
         radius = np.sqrt(dot(u, u) + dot(v, v))

@@ -231,7 +231,7 @@ class Passes:
             sampler = Sampler(pixel_keys(*self.grid.at(pixels), settings.seed), work.first, work.count)
             sums = Sums.zeros(
                 len(pixels), work.count, settings.cutoff, wanted_parts(settings), settings.max_depth,
-                max(settings.rough_samples, 1), sampler,
+                settings.rough_samples + 1, sampler,
             )  # fmt: skip
             if work.signed and self.identity is not None:
                 nothing = np.zeros(len(pixels) * work.count, np.uint32)

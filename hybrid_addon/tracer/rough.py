@@ -6,7 +6,8 @@ catch are drawn again instead, by Smith's masking. So no light is lost or won, w
 equations share out light by the microfacet's angle.
 
 A camera ray's first rough hit counts as `Settings.rough_samples` hits, each with its own microfacet and its share of
-the weight; later ones draw one. With 0 of them no ray follows what is rough: it shows the world's blurred image, in the
+the weight, and as one more for a smooth coat over a rough base: no noise comes from choosing between the two. Later
+hits draw one. With 0 of them no ray follows what is rough: it shows the world's blurred image, in the
 direction of the mirror or straight through, and never becomes sharp.
 """
 
@@ -76,15 +77,20 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Dr
     wide: Bools = ((rest > 0) & (lobe > MIRROR_ROUGHNESS)) | ((coated > 0) & (coat > MIRROR_ROUGHNESS))
     if not wide.any() or at.draws is None:
         return None
-    rays, at, t, index = _repeated(scene.settings.rough_samples, rays, at, t, wide)
+    both = wide & (coated > 0) & (rest > 0) & (lobe != coat)
+    first = wide & (rays.depth == 0) & (rays.passes == 0)
+    apart = both & first & (coat <= MIRROR_ROUGHNESS)
+    rays, at, t, index, is_last = _repeated(scene.settings.rough_samples, rays, at, t, first, apart)
     lobe, coat, coated, rest = (a.take(index) for a in (lobe, coat, coated, rest))
-    wide = wide.take(index)
+    wide, both, apart = wide.take(index), both.take(index), apart.take(index)
     draws = at.draws
     assert draws is not None
-    both = wide & (coated > 0) & (rest > 0) & (lobe != coat)
     odds = np.where(both, coated / np.where(both, coated + rest, np.float32(1)), (rest <= 0).astype(np.float32))
-    is_coat = draws.square(LOBE)[0] < odds
-    chance = np.where(both, np.where(is_coat, odds, 1 - odds), np.float32(1))
+    place = draws.square(LOBE)[0]
+    is_coat = np.where(apart, is_last, place < odds)
+    if len(rays.path):  # samples that leave in different directions are not alike, whatever they meet
+        rays.path = np.where(wide & ~(apart & is_last), hash32(rays.path ^ place.view(np.uint32)), rays.path)
+    chance = np.where(both & ~apart, np.where(is_coat, odds, 1 - odds), np.float32(1))
     roughness = np.where(is_coat, coat, lobe)
     normals = reflecting_normal(at.wo, at.n_shading, at.n_geometric)
     facing = flatnonzero(wide & (roughness > MIRROR_ROUGHNESS) & (dot(at.wo, normals) > 0))
@@ -99,23 +105,26 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Dr
 
 
 def _repeated(
-    parts: int, rays: Rays, at: Interaction, t: Float64, wide: Bools
-) -> tuple[Rays, Interaction, Float64, Numbers]:
-    """The hits, the first rough ones of camera rays as many times as wanted; and which of the old ones they are."""
+    parts: int, rays: Rays, at: Interaction, t: Float64, first: Bools, apart: Bools
+) -> tuple[Rays, Interaction, Float64, Numbers, Bools]:
+    """The hits, `first` ones (n,) as many times as wanted and those `apart` (n,) once more; which of the old ones they
+    are; and which of them are the last of theirs."""
     n = len(rays)
-    first = wide & (rays.depth == 0) & (rays.passes == 0)
-    if parts < 2 or not first.any():
-        return rays, at, t, np.arange(n)
-    times = np.where(first, parts, 1)
+    times = np.where(first, parts, 1) + apart
+    if np.max(times, initial=1) < 2:
+        return rays, at, t, np.arange(n), np.ones(n, bool)
     index = np.repeat(np.arange(n), times)
     part = (np.arange(len(index)) - (np.cumsum(times) - times)[index]).astype(np.uint32)
-    many = first[index]
+    is_last = part == times[index] - 1
+    shared = np.where(apart[index], np.where(is_last, 1, times[index] - 1), times[index])
     rays, at = rays.take(index), at.take(index)
     assert at.draws is not None
-    rays.throughput = np.where(many, rays.throughput * np.float32(1 / parts), rays.throughput)
+    rays.throughput = np.where(shared > 1, rays.throughput / shared.astype(np.float32), rays.throughput)
     rays.path = np.where(part > 0, hash32(rays.path + part), rays.path)
-    draws = replace(at.draws, parts=np.stack([times[index].astype(np.uint32), part]))
-    return rays, replace(at, draws=draws), t[index], index
+    draws = replace(
+        at.draws, parts=np.stack([shared.astype(np.uint32), np.where(shared > 1, part, 0)]).astype(np.uint32)
+    )
+    return rays, replace(at, draws=draws), t[index], index, is_last
 
 
 def _microfacets(wo: Float32, n: Float32, alpha: Float32, redraw: Bools, draws: Draws) -> Float32:

@@ -217,6 +217,18 @@ def test_without_rough_samples_nothing_rough_is_sharp(build):
     assert trace(s, Settings(samples=4, see="ALL", threads=1, rough_samples=1)).radiance.mean() < 0.2
 
 
+@pytest.mark.parametrize("rough_samples", [1, 3])
+def test_a_smooth_coat_over_a_rough_base_shows_lamps_without_noise(rough_samples):
+    """At normal incidence it reflects 0.04 of the lamp, sharply, in every sample; the rest is the base's highlight."""
+    paint = replace(MIRROR, reflection_tint=(0.5, 0.1, 0.1), roughness=0.5, coat=1.0, coat_roughness=0.0)
+    bare = seen([SQUARE], replace(paint, coat=0.0), samples=1, rough_samples=rough_samples)[..., 0]
+    image = seen([SQUARE], paint, samples=1, rough_samples=rough_samples)[..., 0]
+    row = image[SIZE // 2] - (1 - 0.04) * bare[SIZE // 2]
+    inside, outside = row[20:44], np.concatenate([row[:12], row[52:]])
+    np.testing.assert_allclose(inside, 0.04 * 3, rtol=0.03)
+    np.testing.assert_allclose(outside, 0, atol=0.003)
+
+
 # ------------------------------------------------------------------------------------------------ shapes alone
 
 

@@ -182,3 +182,11 @@ def test_balls_cut_by_the_horizon(cosine):
     height = z * cosine + np.sqrt(1 - z * z) * np.cos(phi) * np.sqrt(1 - cosine**2)
     exact = np.maximum(height, 0).mean() * 2 * (1 - np.sqrt(1 - sin_s**2))
     assert ball_form_factor(np.array([sin_s**2]), np.array([cosine]))[0] == pytest.approx(exact, abs=1e-4)
+
+
+def test_a_sun_does_not_come_nearer_in_a_large_scene():
+    """A point's own uncertainty is a length; a sun is at none."""
+    (sun,) = compile_lights([SunLight("s", (0.6, 0, 0.8), (1, 1, 1), angle=0.1)], np.zeros(3), np.zeros(1, np.intp))
+    lobe = ggx_lobe(eye(0.8), UP, np.array([0.3], np.float32))
+    near, far = (highlight(sun, np.zeros((3, 1), np.float32), UP, lobe, np.float32([d]))[0] for d in (0, 50))
+    assert near == far > 0
