@@ -74,7 +74,7 @@ def test_both_switches_do_what_they_do_in_eevee(addon):
         for column in range(4):
             b_material = material("Square", (0.1, 0.1, 0.8, 1), bool(column & 1), bool(column & 2))
             hybrid.mark(square(b_scene, "Square", b_material, (4 * column - 6, 4 * row - 4, 1.2), 0.7, turn))
-    b_scene.hybrid.traced_shadows = True
+    b_scene.hybrid.traced_shadows = "ON"
     hybrid.enable(b_scene)
     pictures = {mode: hybrid.render(mode=mode) for mode in ("raster", "full", "hybrid")}
     assert pictures["full"].report["warnings"] == []
