@@ -33,6 +33,7 @@ def rendered(addon):
     hybrid.mark(bpy.data.objects["Cube"], reflectivity=1.0)
     layer = scene.view_layers[0]
     layer.use_pass_z = layer.use_pass_normal = layer.use_pass_cryptomatte_object = True
+    scene.hybrid.traced_shadows, scene.hybrid.adaptive = "OFF", 0.0
     hybrid.enable(scene)
     r = SimpleNamespace(before=sockets(scene))
     scene.hybrid.passes = {"DEPTH", "NORMAL", "SAMPLES"}

@@ -33,6 +33,7 @@ def build():
     scene.world.node_tree.nodes["Background"].inputs[0].default_value = (4, 4, 4, 1)
     hybrid.mark(bpy.data.objects["Cube"], reflectivity=1.0)
     hybrid.mark(sphere, reflectivity=0.0, opacity=0.0, ior=1.5)
+    scene.hybrid.traced_shadows, scene.hybrid.adaptive = "OFF", 0.0  # the raster stays what EEVEE made it
     hybrid.enable(scene)
     return scene
 
