@@ -96,17 +96,30 @@ def test_the_error_is_that_of_the_whole_picture(scene, short):
         assert trace(scene, SETTINGS).sampling["rmse"] == pytest.approx(parts, rel=0.05)
 
 
-def test_a_deadline_is_shared_by_the_strips(scene, short):
-    """All rows get their first sample, and the time of the whole is held."""
+def test_a_deadline_is_shared_by_the_strips(monkeypatch):
+    """Each may take its share; what one takes too long all later ones bear alike."""
+    monkeypatch.setattr(strips, "LONGEST_STRIP", 12000)
+    four = strips.strips_of(240, 200, None)
+    assert len(four) == 4
+
+    def spent(late):
+        now, times = 10.0, []
+        for strip in four:
+            until = strip.deadline(18.0, now) + late.pop(0)
+            times.append(until - now)
+            now = until
+        return times
+
+    assert spent([0, 0, 0, 0]) == pytest.approx([2, 2, 2, 2])
+    assert spent([3, 0, 0, 0]) == pytest.approx([5, 1, 1, 1])
+
+
+def test_every_strip_is_drawn_though_there_is_no_time(scene, short):
+    """Coarsely, and what has no sample is filled."""
     wide = replace(scene, camera=replace(scene.camera, resolution=(240, 200), window=(0, 0, 240, 200)))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(strips, "LONGEST_STRIP", 12000)
-        began = time.perf_counter()
-        film = trace(wide, replace(SETTINGS, samples=4096, passes=PASSES), deadline=began + 1.2)
-        assert time.perf_counter() - began < 2.5
-    assert film.passes["samples"].min() >= 1 and (film.coverage == 1).all()
-    of_strip = film.passes["samples"].reshape(4, -1).mean(axis=1)
-    assert of_strip.max() < 8 * of_strip.min()
+    film = trace(wide, replace(SETTINGS, samples=4096, passes=PASSES), deadline=time.perf_counter())
+    assert (film.coverage == 1).all() and np.isfinite(film.radiance).all()
+    assert (film.passes["samples"].reshape(4, -1).sum(axis=1) > 0).all()
 
 
 def test_progress_goes_on_through_all_strips(scene, short):
