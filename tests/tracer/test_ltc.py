@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -68,6 +69,7 @@ def lobe_of(wi, roughness, cosine):
     return np.where(wi[2] > 0, d * both / (4 * cosine), 0)
 
 
+@cache
 def albedo(roughness, cosine, n=500):
     """Over the half space, with more directions around the mirror's."""
     steps = (np.arange(n) + 0.5) / n
