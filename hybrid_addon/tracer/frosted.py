@@ -14,7 +14,7 @@ import numpy as np
 
 from ..scene import Float32, Float64
 from .compiled import CompiledScene
-from .constants import FROSTED_ROUGHNESS, LEAST_COSINE
+from .constants import LEAST_COSINE, MIRROR_ROUGHNESS
 from .interaction import Interaction
 from .lights import CompiledLight, shadow_rays
 from .ltc import Lobe, ggx_lobe, highlight
@@ -59,7 +59,7 @@ def _lobe(at: Interaction, cos_i: Float64, eta: Float64) -> Lobe:
     out = normalize(refract(at.wo.astype(np.float64), n, cos_i, eta))
     cos_t = np.maximum(-dot(out, n), LEAST_COSINE)
     narrower = np.sqrt(np.minimum(np.abs(cos_i / (eta * cos_t) - 1) / 2, 1)).astype(np.float32)
-    roughness = np.maximum(at.value("lobe_roughness") * narrower, np.float32(FROSTED_ROUGHNESS / 2))
+    roughness = np.maximum(at.value("lobe_roughness") * narrower, np.float32(MIRROR_ROUGHNESS))
     return ggx_lobe(reflect(out, -n).astype(np.float32), -at.n_shading, roughness)
 
 

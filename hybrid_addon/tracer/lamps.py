@@ -83,7 +83,7 @@ def _met(scene: CompiledScene, lamp: CompiledLight, rays: Rays, hits: Hits, tall
         way = np.minimum(distance[found], hits.t[found])
         left = transmittance(scene.media.absorption, take(rays.media, found), way)
         radiance *= left.astype(np.float32)
-    lit = flatnonzero((radiance > 0).any(axis=0))
+    lit = flatnonzero((radiance != 0).any(axis=0))  # a lamp may take light away
     return found[lit], radiance[:, lit]
 
 

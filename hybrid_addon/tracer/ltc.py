@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..scene import AreaLight, Float32, Float64, SpotLight, SunLight
+from ..scene import AreaLight, Float32, Float64, PointLight, SpotLight, SunLight
 from .constants import LEAST_COSINE, LEAST_LAMP, LTC_FADE
 from .form_factors import ellipse_form_factor, form_factor
 from .lights import CompiledLight, disk_of_ball, range_window, spot_factor
@@ -127,7 +127,7 @@ def _of_area(lobe: Lobe, toward: Float64, u: Float64, v: Float64, is_round: bool
     return form_factor(corners, np.array([[0.0], [0.0], [1.0]]))
 
 
-def _of_disk(lobe: Lobe, lamp: object, toward: Float64, d2: Float64) -> tuple[Float64, Float64]:
+def _of_disk(lobe: Lobe, lamp: PointLight | SunLight, toward: Float64, d2: Float64) -> tuple[Float64, Float64]:
     """Of point, spot and sun: the share of the lobe over pi radius^2, as their colours are intensities or irradiance;
     and the radius (n,). One too small to tell counts as LEAST_LAMP of its distance."""
     distance = np.sqrt(d2)
@@ -135,13 +135,12 @@ def _of_disk(lobe: Lobe, lamp: object, toward: Float64, d2: Float64) -> tuple[Fl
         radius = np.full(len(d2), max(np.tan(min(lamp.angle, np.pi) / 2), LEAST_LAMP))
         over = np.pi * radius**2 / (1 + radius**2)
     else:
-        assert not isinstance(lamp, AreaLight)
-        own = np.maximum(lamp.radius, LEAST_LAMP * distance)  # type: ignore[attr-defined]
+        own = np.maximum(lamp.radius, LEAST_LAMP * distance)
         over = np.pi * own**2
-        radius = own if lamp.soft_falloff else np.where(own < distance, disk_of_ball(1.0, d2 / own**2) * own, own)  # type: ignore[attr-defined]
+        radius = own if lamp.soft_falloff else np.where(own < distance, disk_of_ball(1.0, d2 / own**2) * own, own)
     tangent, bitangent = orthonormal_basis(toward / distance)
     center, u, v = (lobe.untransformed(a) for a in (toward, tangent * radius, bitangent * radius))
     seen = ellipse_form_factor(center, u, v)
-    if not isinstance(lamp, SunLight) and not lamp.soft_falloff:  # type: ignore[attr-defined]
+    if not isinstance(lamp, SunLight) and not lamp.soft_falloff:
         seen = np.where(own < distance, seen, 1.0)  # within a ball all is light
     return seen / over, radius

@@ -95,6 +95,12 @@ def test_nothing_to_see(light):
     assert seen([light]).max() == 0
 
 
+def test_a_lamp_of_negative_power_takes_light_away():
+    """As Blender allows: before a brighter one of the same shape it leaves the rest."""
+    both = [SQUARE, replace(SQUARE, name="b", position=(0, 0, 9), radiance=(-1, -1, -1))]
+    assert seen(both)[SIZE // 2, SIZE // 2] == pytest.approx((2, 1, 0), abs=1e-5)
+
+
 def test_range_cone_and_factor_are_those_of_the_mirror():
     plain = seen([SQUARE]).max()
     assert seen([replace(SQUARE, range=20.0)]).max() == pytest.approx(plain * (1 - 0.5**4) ** 2, rel=1e-4)
