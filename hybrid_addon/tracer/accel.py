@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import copy
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
 from weakref import finalize
 
 import numpy as np
@@ -27,8 +26,6 @@ from numpy.typing import NDArray
 from ..scene import Float32, Int32
 from .constants import MISS
 from .vectors import Array
-
-UNLIMITED = np.float32(np.inf)
 
 READ_AS_OBJECTS = 1 << 21
 """Triangles up to which they are handed over as Python objects, in a fifth of the time: a passing 300 MB then."""
@@ -69,10 +66,6 @@ class TriangleScene:
         """Build the tree now: embreex builds it in the first query, which must not come from two threads at once."""
         self._scene.run(np.zeros((1, 3), np.float32), np.array([[0, 0, 1]], np.float32), query="OCCLUDED")
 
-    def holds(self, vertices: Float32, triangles: Int32) -> bool:
-        """Whether it was built from these very arrays, byte for byte."""
-        return same_bytes(self._triangles, triangles) and same_bytes(self._vertices, vertices)
-
     def called(self, ids: Int32 | None) -> TriangleScene:
         """The same tree with other primitive ids."""
         other = copy.copy(self)
@@ -108,26 +101,6 @@ class _Life:
     """As long as it lasts its tree is needed."""
 
 
-def same_bytes(a: NDArray[Any], b: NDArray[Any]) -> bool:
-    """Whether two arrays hold the same: NaN equals itself, 0 differs from -0."""
-    if a is b:
-        return True
-    if a.dtype != b.dtype or a.shape != b.shape:
-        return False
-    return np.array_equal(np.ascontiguousarray(a).view(np.uint8), np.ascontiguousarray(b).view(np.uint8))
-
-
 def rows(a: Array) -> Array:
     """(3, n) as the (n, 3) rows that embreex reads: a strided view, measured as fast as a copy."""
     return a.T
-
-
-def traceable(origin: Float32, direction: Float32) -> NDArray[np.bool_]:
-    """Which rays may be sent: finite origins, finite directions that are not 0.
-
-    The sum of squares is finite and positive exactly for usable directions; 0 * origin is 0 exactly for finite ones.
-    """
-    with np.errstate(invalid="ignore", over="ignore"):
-        probe = (origin[0] + origin[1] + origin[2]) * 0
-        probe += direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]
-        return (probe > 0) & (probe < UNLIMITED)

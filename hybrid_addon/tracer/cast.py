@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import AreaLight, Float32, Float64, SunLight
-from .accel import traceable
+from .rays import traceable
 from .camera import generate_rays
 from .casters import Casters, find_casters
 from .compiled import CompiledScene

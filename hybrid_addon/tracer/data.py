@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..scene import Float32
-from .accel import traceable
+from .rays import traceable
 from .camera import generate_rays
 from .compiled import CompiledScene
 from .constants import NO_DEPTH

@@ -15,12 +15,12 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import fields, is_dataclass
+from hashlib import blake2b
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..scene import Float32, Int32
-from .accel import TriangleScene
 from .constants import MAX_KEPT_TRIANGLES
 
 T = TypeVar("T")
@@ -59,6 +59,31 @@ def key_of(value: Any) -> Hashable:
     return value if isinstance(value, Hashable) else _Same(value)
 
 
+class Digest:
+    """Stands for arrays by what they hold, byte for byte (NaN equals itself, 0 differs from -0), without holding them.
+
+    It reads them when it is first compared, so that a key that nobody looks up costs nothing.
+    """
+
+    def __init__(self, *arrays: NDArray[Any]) -> None:
+        self._arrays, self._digest = arrays, b""
+
+    def _read(self) -> bytes:
+        if not self._digest:
+            content = blake2b(digest_size=16)
+            for array in self._arrays:
+                content.update(f"{array.dtype.str}{array.shape}".encode())
+                content.update(np.ascontiguousarray(array).view(np.uint8))
+            self._arrays, self._digest = (), content.digest()
+        return self._digest
+
+    def __hash__(self) -> int:
+        return hash(self._read())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Digest) and other._read() == self._read()
+
+
 class Kept:
     """Of the last frame, and of the one in work. A frame with more triangles than `limit` leaves nothing.
 
@@ -76,7 +101,6 @@ class Kept:
         """Let go of everything."""
         with self._lock:
             self._things: tuple[dict[Hashable, Any], dict[Hashable, Any]] = ({}, {})  # of the last frame, of this one
-            self._trees: tuple[list[TriangleScene], list[TriangleScene]] = ([], [])
 
     def begin(self, triangles: int) -> None:
         """A frame of so many triangles begins."""
@@ -85,12 +109,12 @@ class Kept:
         if not self._is_open:
             self.forget()
         with self._lock:
-            self._things, self._trees = (self._things[1], {}), (self._trees[1], [])
+            self._things = (self._things[1], {})
 
     def end(self) -> None:
         """It is finished: what it did not ask for goes."""
         with self._lock:
-            self._things, self._trees = ({}, self._things[1]), ([], self._trees[1])
+            self._things = ({}, self._things[1])
 
     def take(self, key: Hashable, make: Callable[[], T], what: str = "", count: int = 1) -> T:
         """What the last frame made under this key, counted as so many of `what`; else what `make` makes."""
@@ -110,19 +134,3 @@ class Kept:
     def has(self, key: Hashable) -> bool:
         """Whether `take` would find something."""
         return self._is_open and any(key in things for things in self._things)
-
-    def tree(self, vertices: Float32, triangles: Int32, ids: Int32 | None) -> TriangleScene:
-        """A tree over these triangles (see `TriangleScene`), an old one if it has the same."""
-        if not self._is_open:
-            return TriangleScene(vertices, triangles, ids)
-        with self._lock:
-            before, now = self._trees
-            new = next((tree for tree in now if tree.holds(vertices, triangles)), None)
-            old = None if new else next((tree for tree in before if tree.holds(vertices, triangles)), None)
-        if old is not None:
-            self.found[IN_TREES] += old.size
-        found = new or old
-        tree = TriangleScene(vertices, triangles, ids) if found is None else found.called(ids)
-        with self._lock:
-            now.append(tree)
-        return tree

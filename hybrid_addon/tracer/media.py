@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32, Float64
-from .accel import traceable
+from .rays import traceable
 from .constants import MAX_PROBE_CROSSINGS, RANK_BITS
 from .near import Near
 from .primitives import PrimitiveSet

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..scene import Float32
-from .accel import traceable
+from .rays import traceable
 from .compiled import CompiledScene
 from .interaction import Interaction
 from .primitives import PrimitiveSet

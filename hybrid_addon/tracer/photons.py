@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Camera, Float32, Float64
-from .accel import traceable
+from .rays import traceable
 from .camera import project, spread_on_lens
 from .casters import Casters, find_casters
 from .compiled import CompiledScene
@@ -28,7 +28,7 @@ from .crossings import with_sides
 from .emission import emit, fading
 from .interaction import Interaction, interact
 from .lights import CompiledLight
-from .passes import workers
+from .crew import workers
 from .rays import Rays, camera_rays, concatenate, offset_origin
 from .sampler import UInt32, hash32
 from .shadows import visibility

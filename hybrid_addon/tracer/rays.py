@@ -17,6 +17,10 @@ CAMERA_RAY, REFLECTED_RAY, TRANSMITTED_RAY = np.uint8(0), np.uint8(1), np.uint8(
 """Kinds of rays: by what bent them last."""
 
 
+UNLIMITED = np.float32(np.inf)
+"""A ray's t_max where nothing ends it."""
+
+
 @dataclass(eq=False)
 class Rays:
     """A wave of n rays.
@@ -118,3 +122,14 @@ def offset_origin(point: Float64, normal: Array, offset: Float32) -> Float32:
     moved = normal * offset
     moved += point
     return moved.astype(np.float32)
+
+
+def traceable(origin: Float32, direction: Float32) -> NDArray[np.bool_]:
+    """Which rays may be sent: finite origins, finite directions that are not 0.
+
+    The sum of squares is finite and positive exactly for usable directions; 0 * origin is 0 exactly for finite ones.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        probe = (origin[0] + origin[1] + origin[2]) * 0
+        probe += direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]
+        return (probe > 0) & (probe < UNLIMITED)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32
-from .accel import traceable
+from .rays import traceable
 from .compiled import Blockers, CompiledScene
 from .constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
 from .geometry import Geometry

@@ -9,7 +9,7 @@ from ..scene import Float32, Int32
 from .accel import TriangleScene
 from .constants import BUILD_SECONDS, QUERY_SECONDS, RAYS_PER_SAMPLE
 from .geometry import Geometry
-from .kept import Kept
+from .kept import IN_TREES, Digest, Kept
 from .shapes import plane_distance
 from .vectors import flatnonzero
 
@@ -61,9 +61,16 @@ def trees_over(geometry: Geometry, members: Bools, kept: Kept, divided: bool) ->
 
 def _tree(geometry: Geometry, members: Bools, kept: Kept) -> TriangleScene:
     if members.all():
-        return kept.tree(geometry.vertices, geometry.triangles, None)
+        return kept_tree(kept, geometry.vertices, geometry.triangles, None)
     ids = flatnonzero(members).astype(np.int32)
-    return kept.tree(*_compact(geometry.vertices, geometry.triangles[ids]), ids)
+    return kept_tree(kept, *_compact(geometry.vertices, geometry.triangles[ids]), ids)
+
+
+def kept_tree(kept: Kept, vertices: Float32, triangles: Int32, ids: Int32 | None) -> TriangleScene:
+    """A tree over these triangles (see `TriangleScene`), the last frame's if it has the same."""
+    key = Digest(vertices, triangles)
+    tree = kept.take(key, lambda: TriangleScene(vertices, triangles), IN_TREES, len(triangles))
+    return tree.called(ids)
 
 
 def _compact(vertices: Float32, triangles: Int32) -> tuple[Float32, Int32]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Float32
-from .accel import traceable
+from .rays import traceable
 from .compiled import CompiledScene
 from .constants import LONGEST_WAVE, MISS
 from .crossings import with_sides

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hybrid_addon import compositor, expressions
 from hybrid_addon.scene import Camera, Lens
 from hybrid_addon.stability.build import make_scene, matte, mesh, rotation
-from hybrid_addon.tracer.accel import traceable
+from hybrid_addon.tracer.rays import traceable
 from hybrid_addon.tracer.camera import generate_rays, near_plane, project, spread_on_lens
 from hybrid_addon.tracer.form_factors import form_factor
 from hybrid_addon.tracer.geometry import flatten

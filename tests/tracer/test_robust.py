@@ -8,7 +8,8 @@ import pytest
 
 from hybrid_addon.scene import PointLight, Settings, Surface, World
 from hybrid_addon.tracer import trace
-from hybrid_addon.tracer.accel import TriangleScene, traceable
+from hybrid_addon.tracer.accel import TriangleScene
+from hybrid_addon.tracer.rays import traceable
 from hybrid_addon.tracer.geometry import flatten
 from hybrid_addon.tracer.interaction import interact
 from hybrid_addon.tracer.primitives import PrimitiveSet
