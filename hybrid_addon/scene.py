@@ -130,8 +130,9 @@ class Surface:
     Llocal = ambient base_color E_world / pi + sum over lights (diffuse base_color / pi + Phong specular) E_light.
 
     Numbers and colours may be constants or an `Expression`. With `layered` the surface answers as EEVEE's
-    Principled does, and r, o, F above are the shares of what lies under its layers (tracer/layers.py): sheen, then
-    coat, then the metal's or the dielectric's own reflection, whose Fresnel weight is taken from what is below it.
+    Principled does, and r, o, F above are the shares of what lies under its layers (tracer/materials/principled.py):
+    sheen, then coat, then the metal's or the dielectric's own reflection, whose Fresnel weight is taken from what is
+    below it.
 
     base_color         : linear RGB albedo; replaced by `base_color_texture` where that is given (tint it by baking).
     ambient, diffuse   : weights of the world's diffuse light and of the lights' diffuse light, 0..1.

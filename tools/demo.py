@@ -18,7 +18,8 @@ import bpy  # noqa: E402
 import numpy as np  # noqa: E402
 
 import hybrid_addon as hybrid  # noqa: E402
-from hybrid_addon.blender import cli, images  # noqa: E402
+from hybrid_addon.blender import cli  # noqa: E402
+from hybrid_addon.blender.render import images  # noqa: E402
 
 
 def main() -> int:

@@ -1,4 +1,4 @@
-"""Fits the table of linearly transformed cosines that highlights on rough surfaces are made of (tracer/ltc.npy).
+"""Fits the table of linearly transformed cosines for highlights on rough surfaces (tracer/shading/ltc.npy).
 
 Run once (`python tools/fit_ltc.py`, some minutes); the table is committed. After Heitz, Dupuy, Hill and Neubelt 2016,
 Real-Time Polygonal-Light Shading with Linearly Transformed Cosines, sec. 4: the axis of the distribution is the mean
@@ -39,7 +39,7 @@ def main() -> None:
         print(f"roughness {row / (SIZE - 1):.3f}: mean absolute error {error.mean():.4f}, largest {np.max(error):.4f}")
         sys.stdout.flush()
     table[:, 0] = table[:, 1]  # relative to alpha: what is smoother than the first row has its shape
-    path = Path(__file__).resolve().parents[1] / "hybrid_addon" / "tracer" / "ltc.npy"
+    path = Path(__file__).resolve().parents[1] / "hybrid_addon" / "tracer" / "shading" / "ltc.npy"
     np.save(path, table)
     print(f"{path.name}: {path.stat().st_size} bytes")
 

@@ -1,6 +1,6 @@
 """docs/followed.md: what the traced half follows of Blender, as the tables of sync/coverage have it.
 
-.venv/bin/python -m tools.followed        writes it; tests/blender/test_coverage.py compares
+.venv/bin/python -m tools.followed        writes it; tests/blender/sync/test_coverage.py compares
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ def _one(path: Path, arguments: argparse.Namespace) -> None:
     import bpy
 
     import hybrid_addon as hybrid
-    from hybrid_addon.blender import nodes, pipeline
+    from hybrid_addon.blender.pipeline import nodes, scene_setup
 
     hybrid.register()
     bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False, use_scripts=False)
@@ -88,7 +88,7 @@ def _one(path: Path, arguments: argparse.Namespace) -> None:
         for node in tree.nodes:
             node.mute = node.mute or node.bl_idname == "CompositorNodeOutputFile"
     if scene.render.engine == "CYCLES":
-        scene.render.engine = pipeline.eevee()
+        scene.render.engine = scene_setup.eevee()
     height = round(arguments.width * scene.render.resolution_y / scene.render.resolution_x)
     size = arguments.width, max(4, height)
     scene.render.resolution_x, scene.render.resolution_y = size
@@ -111,7 +111,7 @@ def _pictures(scene: Any, stem: Path, advice: dict[str, Any]) -> list[Path]:
     import bpy
 
     import hybrid_addon as hybrid
-    from hybrid_addon.blender import images
+    from hybrid_addon.blender.render import images
 
     reports, written = {}, []
     for kind in KINDS:

@@ -14,24 +14,25 @@ import numpy as np
 from ..presets import QUALITY
 from ..report.frame import frame_report
 from ..scene import Float32
-from . import engine, images, keep, opengl, pipeline, results
-from . import retrace as again
 from .errors import HybridError
+from .pipeline import opengl, scene_setup
+from .render import caches, engine, images, results
+from .render import retrace as again
+from .render.settings import public_settings
 from .scan import advise, explain, plan
-from .settings import public_settings
 
 __all__ = [
     "HybridError", "HybridResult", "advise", "disable", "enable", "explain", "mark", "plan", "render", "retrace",
     "unmark",
 ]  # fmt: skip
 
-enable = pipeline.enable
+enable = scene_setup.enable
 
 
 def disable(scene: bpy.types.Scene) -> None:
     """Switch hybrid rendering off; the scene is then as it was before `enable`, and nothing of it is kept."""
-    pipeline.disable(scene)
-    keep.forget()
+    scene_setup.disable(scene)
+    caches.forget()
     again.forget()
 
 
@@ -210,13 +211,13 @@ def quality(preset: str | None) -> dict[str, float]:
 def check(scene: bpy.types.Scene) -> None:
     """Raise HybridError, before anything is rendered, for what would fail or mislead."""
     check_camera(scene, scene.camera)
-    if pipeline.effective_mode(scene) != "FULL":
+    if scene_setup.effective_mode(scene) != "FULL":
         opengl.require()
 
 
 def check_camera(scene: bpy.types.Scene, camera: bpy.types.Object | None) -> None:
     """Raise HybridError if this scene, or this camera of it, cannot be rendered hybrid at all."""
-    reason = pipeline.why_inactive(scene)
+    reason = scene_setup.why_inactive(scene)
     if reason:
         raise HybridError(reason)
     if camera is None:
@@ -269,17 +270,17 @@ def _overridden(
             b_render.resolution_x, b_render.resolution_y = resolution
             b_render.resolution_percentage = 100
         if not enabled:
-            pipeline.enable(scene)
+            scene_setup.enable(scene)
         if frame is not None:
             scene.frame_set(frame)
-        pipeline.sync(scene)
+        scene_setup.sync(scene)
         yield
     finally:
         for name, value in before.items():
             setattr(settings, name, value)
         b_render.resolution_x, b_render.resolution_y, b_render.resolution_percentage = size
         if not enabled:
-            pipeline.disable(scene)
+            scene_setup.disable(scene)
         if frame is not None:
             scene.frame_set(frame_before)
 

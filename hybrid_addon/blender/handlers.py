@@ -9,8 +9,11 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import defaults, images, keep, note, pipeline, preview, results, retrace, shadows
-from .fingerprint import Fingerprint, fingerprint
+from . import preview
+from .pipeline import eevee_shadows, note, scene_setup
+from .pipeline.fingerprint import Fingerprint, fingerprint
+from .render import caches, images, results, retrace
+from .ui import defaults
 
 _undone: Fingerprint | None = None
 _unfinished: deque[int] = deque(maxlen=1024)  # hashes of the fingerprints that a step of ours followed
@@ -20,7 +23,7 @@ _again: Any = None  # the operator, undo or redo, that goes on
 def _later() -> None:
     """Sync soon: in a window from a timer, since Blender is in the middle of an update; in the background at once."""
     if bpy.app.background:
-        pipeline.sync_all()
+        scene_setup.sync_all()
     elif not bpy.app.timers.is_registered(_tick):
         bpy.app.timers.register(_tick, first_interval=0.0)
 
@@ -46,7 +49,7 @@ def _tick() -> float | None:
         return None
     _undone = None
     imported = note.take_back()
-    pipeline.sync_all()
+    scene_setup.sync_all()
     if fingerprint() != before:
         _unfinished.append(hash(before))
         push_undo()
@@ -58,7 +61,7 @@ def _tick() -> float | None:
 def _leave_our_scenes() -> None:
     """When a scene is deleted, Blender shows any other one. Ours is none to work in: show the one that it traces."""
     for window in bpy.context.window_manager.windows:
-        if pipeline.is_trace_scene(window.scene) and window.scene.background_set is not None:
+        if scene_setup.is_trace_scene(window.scene) and window.scene.background_set is not None:
             window.scene = window.scene.background_set
 
 
@@ -79,7 +82,7 @@ def _in_window(operator: Any, **properties: str) -> None:
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     retrace.touched(depsgraph)
-    if not any(scene.hybrid.enabled or pipeline.is_trace_scene(scene) for scene in bpy.data.scenes):
+    if not any(scene.hybrid.enabled or scene_setup.is_trace_scene(scene) for scene in bpy.data.scenes):
         return
     if any(_concerns_us(update.id) for update in depsgraph.updates):
         _later()
@@ -106,7 +109,7 @@ def _moved(operator: Any) -> None:
     """The user has gone one step through the history: leave it as it is, or go on if a step of ours is the next."""
     global _undone, _again
     if bpy.app.background:
-        pipeline.sync_all()
+        scene_setup.sync_all()
         return
     _undone = fingerprint()
     _again = operator if hash(_undone) in _unfinished else None
@@ -121,11 +124,11 @@ def _on_loaded(*_args: Any) -> None:
     _undone = _again = None
     defaults.pin(bpy.data.scenes)
     note.take_back()
-    keep.forget()
+    caches.forget()
     preview.forget()
     retrace.forget()
-    pipeline.sync_all()
-    if bpy.app.background and any(pipeline.is_active(scene) for scene in bpy.data.scenes):
+    scene_setup.sync_all()
+    if bpy.app.background and any(scene_setup.is_active(scene) for scene in bpy.data.scenes):
         images.ensure_render_result()
 
 
@@ -142,30 +145,30 @@ def _before_save(*_args: Any) -> None:
         return  # saved as it is; the next load brings it in step
     defaults.stamp(*bpy.data.scenes)
     note.leave()
-    pipeline.tear_down_all()
+    scene_setup.tear_down_all()
 
 
 @persistent
 def _after_save(*_args: Any) -> None:
     note.take_back()
     if any(scene.hybrid.enabled for scene in bpy.data.scenes):
-        pipeline.sync_all()
+        scene_setup.sync_all()
         push_undo()
 
 
 @persistent
 def _before_render(scene: bpy.types.Scene, *_args: Any) -> None:
     """In the background only: in a window this runs on the render thread, where editing the scene crashes Blender."""
-    if bpy.app.background and not pipeline.is_trace_scene(scene):
-        pipeline.sync(scene)
+    if bpy.app.background and not scene_setup.is_trace_scene(scene):
+        scene_setup.sync(scene)
     retrace.begins(scene)
 
 
 @persistent
 def _evaluated(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Blender calls this for each view layer that it is about to render, too."""
-    if scene.hybrid.enabled and pipeline.is_active(scene.original):
-        shadows.hand_over(scene.original, depsgraph)
+    if scene.hybrid.enabled and scene_setup.is_active(scene.original):
+        eevee_shadows.hand_over(scene.original, depsgraph)
 
 
 @persistent
@@ -208,7 +211,7 @@ def register() -> None:
     if hasattr(bpy.data, "scenes"):  # restricted data while Blender starts has none
         defaults.pin(bpy.data.scenes)
         if bpy.app.background:  # before anything is evaluated: in the middle of that 5.2 crashes on a new view layer
-            pipeline.sync_all()
+            scene_setup.sync_all()
     if not bpy.app.background:
         bpy.app.timers.register(_tick, first_interval=0.0)
 

@@ -6,23 +6,10 @@ import atexit
 
 import bpy
 
-from . import (
-    advice,
-    cli,
-    engine,
-    handlers,
-    insets,
-    keep,
-    main_thread,
-    operators,
-    picker,
-    pipeline,
-    preview,
-    properties,
-    retrace,
-    translations,
-    ui,
-)
+from . import cli, handlers, preview
+from .pipeline import scene_setup
+from .render import caches, engine, main_thread, retrace
+from .ui import advice, insets, operators, panels, picker, properties, translations
 
 _CLASSES = (
     *properties.CLASSES,
@@ -30,7 +17,7 @@ _CLASSES = (
     *picker.CLASSES,
     *insets.CLASSES,
     *engine.CLASSES,
-    *ui.CLASSES,
+    *panels.CLASSES,
     *advice.CLASSES,
 )
 _registered = False
@@ -47,7 +34,7 @@ def register() -> None:
     handlers.register()
     main_thread.register()
     preview.register()
-    ui.register()
+    panels.register()
     cli.register()
     _registered = True
     if getattr(bpy.app, "module", False):
@@ -61,13 +48,13 @@ def unregister() -> None:
         return
     atexit.unregister(unregister)
     if hasattr(bpy.data, "scenes"):  # restricted data while Blender shuts down has none
-        pipeline.tear_down_all()
+        scene_setup.tear_down_all()
         if bpy.context.window_manager is not None:
             handlers.push_undo()
     cli.unregister()
-    ui.unregister()
+    panels.unregister()
     insets.forget()
-    keep.forget()
+    caches.forget()
     retrace.forget()
     preview.unregister()
     main_thread.unregister()

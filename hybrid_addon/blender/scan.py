@@ -10,9 +10,10 @@ import bpy
 import numpy as np
 
 from ..scene import Raster, Scene
-from . import evaluated, pipeline, raster
 from .errors import HybridError
-from .settings import public_settings, tracer_settings
+from .pipeline import evaluated, scene_setup
+from .render import eevee_half
+from .render.settings import public_settings, tracer_settings
 
 if TYPE_CHECKING:
     from .sync import Translation
@@ -24,17 +25,17 @@ NAMED = 5  # objects that one warning names
 
 def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     """What a render of this scene would trace and what it would leave out, with the reason for each. Traces nothing."""
-    from ..tracer.plan import describe
+    from ..tracer.prepare.plan import describe
 
     scene = scene or bpy.context.scene
     translation = translated(scene)
-    mode = pipeline.effective_mode(scene)
+    mode = scene_setup.effective_mode(scene)
     planned = None if mode == "RASTER" else describe(_with_raster(scene, translation), tracer_settings(scene))
     return {
         "scene": scene.name,
         "mode": mode,
         "why": "" if mode == scene.hybrid.mode else "no object is ray traced",
-        "ray_traced": [ob.name for ob in pipeline.flagged_objects(scene)],
+        "ray_traced": [ob.name for ob in scene_setup.flagged_objects(scene)],
         "settings": public_settings(scene),
         "counts": dict(translation.counts),
         "skipped": [] if planned is None else list(planned.skipped),
@@ -46,7 +47,7 @@ def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
 def _with_raster(scene: bpy.types.Scene, translation: Translation) -> Scene:
     """The translated scene as a render has it: with a raster where one backs hits, here an empty one."""
     found = translation.scene
-    if not pipeline.needs_raster(scene) or raster.unfit_to_back(scene):
+    if not scene_setup.needs_raster(scene) or eevee_half.unfit_to_back(scene):
         return found
     x0, y0, x1, y1 = found.camera.window
     nothing = np.zeros((), np.float32)
@@ -61,7 +62,7 @@ def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     `report.advice.advice`), build (seconds), basis (how the cost was estimated), warnings. Raises HybridError.
     """
     from ..report.advice import advice
-    from ..tracer.survey import survey
+    from ..tracer.integrator.survey import survey
 
     scene = scene or bpy.context.scene
     translation = translated(scene)
@@ -71,7 +72,7 @@ def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
         found = survey(translation.scene, settings, frozenset(blended))
     except ValueError as error:
         raise HybridError(str(error)) from error
-    flagged = {ob.name for ob in pipeline.flagged_objects(scene)}
+    flagged = {ob.name for ob in scene_setup.flagged_objects(scene)}
     width, height = full_size(scene)
     threads = settings.threads or os.cpu_count() or 1
     return {
@@ -94,8 +95,8 @@ def explain(x: int, y: int, scene: bpy.types.Scene | None = None) -> str:
     """
     from ..report.pixel import pixel_text
     from ..tracer import CompiledScene
-    from ..tracer.explain import explain as tree
-    from ..tracer.validate import validate
+    from ..tracer.integrator.explain import explain as tree
+    from ..tracer.prepare.validate import validate
 
     scene = scene or bpy.context.scene
     width, height = full_size(scene)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..tracer.survey import KINDS, Survey
+from ..tracer.integrator.survey import KINDS, Survey
 
 LEAST_SHARE = 0.02
 """An object is worth rays if this share of its light comes in ways that EEVEE cannot follow."""

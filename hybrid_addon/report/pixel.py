@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..scene import Scene
-from ..tracer.explain import Node
+from ..tracer.integrator.explain import Node
 
 
 def pixel_text(scene: Scene, root: Node, x: int, y: int) -> str:

@@ -7,8 +7,8 @@ another camera `trace_compiled(compiled.seen_from(camera, settings))`. Of a scen
 
 from __future__ import annotations
 
-from .compiled import CompiledScene
-from .kept import Kept
+from .core.cache import Kept
+from .prepare.compiled import CompiledScene
 from .render import Cancelled, trace, trace_compiled
 
 __all__ = ["Cancelled", "CompiledScene", "Kept", "trace", "trace_compiled"]

@@ -10,23 +10,23 @@ from functools import partial
 import numpy as np
 
 from ..scene import Film, Float32, Scene, Settings
-from . import unfinished
-from .cast import raster_shadow
-from .compiled import CompiledScene
-from .constants import FILL_SAMPLES
-from .crew import zeros_for
-from .data import depth_and_normal
-from .developed import Developed
-from .film import fill_from_neighbours
-from .kept import Kept
-from .passes import Cancelled, Pass, Passes, Pixels, Progress
-from .photons import caustic
-from .schedule import END, EVEN, Schedule, is_adaptive
-from .strips import Sampling, Strip, strips_of, together
-from .sums import wanted_parts
-from .tally import Tally
-from .totals import Totals
-from .validate import validate
+from .catcher.caustics import caustic
+from .catcher.shadow_catcher import raster_shadow
+from .core.cache import Kept
+from .core.constants import FILL_SAMPLES
+from .core.stats import Tally
+from .film import ended_rays
+from .film.filter import fill_from_neighbours
+from .film.picture import Developed
+from .film.pixels import Totals
+from .film.samples import wanted_parts
+from .parallel.pool import zeros_for
+from .prepare.compiled import CompiledScene
+from .prepare.validate import validate
+from .sampling.aovs import depth_and_normal
+from .sampling.passes import Cancelled, Pass, Passes, Pixels, Progress
+from .sampling.schedule import END, EVEN, Schedule, is_adaptive
+from .sampling.strips import Sampling, Strip, strips_of, together
 
 __all__ = ["Cancelled", "Progress", "trace", "trace_compiled"]
 
@@ -121,7 +121,7 @@ class _Frame:
             self._work_on_raster()
             if self.scene.backing is not None and self.shadow is not None:
                 self.scene.backing.shade(self.shadow, self.caustic)
-        unfinished.forget(self.tally)
+        ended_rays.forget(self.tally)
         self.sampling = together([self._take(strip) for strip in strips_of(self.width, self.height, self.wanted)])
         self._report(1.0)
         taken = time.perf_counter()
@@ -219,7 +219,7 @@ class _Frame:
             caustic=self.caustic,
             passes=self._passes(parts),
             hits={name: counts[name] for name in ("backed", "not_backed")},
-            ended=unfinished.found(self.tally),
+            ended=ended_rays.found(self.tally),
         )
 
     def _saved(self) -> dict[str, int]:

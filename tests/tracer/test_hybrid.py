@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from hybrid_addon.scene import PointLight, Settings, SunLight, Surface, Visibility, World
-from hybrid_addon.tracer import Cancelled, crew, trace
-from hybrid_addon.tracer.constants import FAILED_PIXEL
+from hybrid_addon.tracer import Cancelled, trace
+from hybrid_addon.tracer.core.constants import FAILED_PIXEL
+from hybrid_addon.tracer.parallel import pool
 
 HYBRID = Settings(samples=8, threads=1)
 FLAGGED, PLAIN = {"ray_traced": True}, {"ray_traced": False}
@@ -200,7 +201,7 @@ def test_clip_planes_limit_camera_rays_only(build):
 
 
 def test_progress_rises_to_one(build, monkeypatch):
-    monkeypatch.setattr(crew, "POLL_SECONDS", 1e-4)
+    monkeypatch.setattr(pool, "POLL_SECONDS", 1e-4)
     heard = []
     trace(
         build.scene((everything(build), build.matte())),

@@ -19,7 +19,7 @@ from hybrid_addon.scene import (
     World,
 )
 from hybrid_addon.tracer import trace
-from hybrid_addon.tracer.film import grow
+from hybrid_addon.tracer.film.filter import grow
 
 
 @pytest.fixture(scope="module")

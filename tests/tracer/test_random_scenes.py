@@ -23,8 +23,9 @@ from hybrid_addon.scene import (
     Visibility,
     World,
 )
-from hybrid_addon.tracer import passes, strips, trace
-from hybrid_addon.tracer.prunings import PRUNINGS
+from hybrid_addon.tracer import trace
+from hybrid_addon.tracer.prepare.prunings import PRUNINGS
+from hybrid_addon.tracer.sampling import passes, strips
 
 SCENES = int(os.environ.get("HYBRID_RANDOM_SCENES", "24"))
 ELSEWHERE = {"empty-mask", "unmasked", "unchanged", "weightless"}

@@ -98,7 +98,7 @@ def write(folder: Path, machine: dict[str, object], tables: dict[str, list[Table
 
 def _renderer() -> str:
     """What draws for EEVEE. Asked after a small render: before it there is no OpenGL in the background."""
-    from hybrid_addon.blender import opengl
+    from hybrid_addon.blender.pipeline import opengl
 
     if opengl.missing():
         return f"none: {opengl.missing()}"

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hybrid_addon.tracer import accel
+from hybrid_addon.tracer.geometry import embree
 
 Call = tuple[Any, np.ndarray, np.ndarray, np.ndarray | None]
 
@@ -58,9 +58,9 @@ def _kept_apart(a: np.ndarray) -> np.ndarray:
 def recorded() -> Iterator[Recording]:
     """Record what is traced meanwhile. Slow, and it holds all rays in memory."""
     found, lock = Recording(), threading.Lock()
-    intersect, occluded = accel.TriangleScene.intersect, accel.TriangleScene.occluded
+    intersect, occluded = embree.TriangleScene.intersect, embree.TriangleScene.occluded
 
-    def note(scene: accel.TriangleScene, origin: Any, direction: Any, t_max: Any = None) -> None:
+    def note(scene: embree.TriangleScene, origin: Any, direction: Any, t_max: Any = None) -> None:
         if scene.size and origin.shape[1]:
             rays = [_kept_apart(a.T) for a in (origin, direction)]
             with lock:
@@ -74,10 +74,10 @@ def recorded() -> Iterator[Recording]:
         note(self, origin, direction, t_max)
         return occluded(self, origin, direction, t_max)
 
-    setattr(accel.TriangleScene, "intersect", noted_intersect)  # noqa: B010 (mypy: a method is not assigned to)
-    setattr(accel.TriangleScene, "occluded", noted_occluded)  # noqa: B010
+    setattr(embree.TriangleScene, "intersect", noted_intersect)  # noqa: B010 (mypy: a method is not assigned to)
+    setattr(embree.TriangleScene, "occluded", noted_occluded)  # noqa: B010
     try:
         yield found
     finally:
-        setattr(accel.TriangleScene, "intersect", intersect)  # noqa: B010
-        setattr(accel.TriangleScene, "occluded", occluded)  # noqa: B010
+        setattr(embree.TriangleScene, "intersect", intersect)  # noqa: B010
+        setattr(embree.TriangleScene, "occluded", occluded)  # noqa: B010

@@ -16,10 +16,11 @@ import bpy
 import numpy as np
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender import cycles, results
-from hybrid_addon.blender.settings import tracer_settings
+from hybrid_addon.blender.measure import cycles
+from hybrid_addon.blender.render import results
+from hybrid_addon.blender.render.settings import tracer_settings
 from hybrid_addon.blender.sync import Translation, translate
-from hybrid_addon.report import metrics
+from hybrid_addon.measure.error_time import metrics
 from hybrid_addon.scene import Settings
 from hybrid_addon.tracer import trace
 

@@ -8,8 +8,9 @@ from typing import Any
 import bpy
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender import opengl, pipeline, results
-from hybrid_addon.blender.settings import tracer_settings
+from hybrid_addon.blender.pipeline import opengl, scene_setup
+from hybrid_addon.blender.render import results
+from hybrid_addon.blender.render.settings import tracer_settings
 from hybrid_addon.blender.sync import translate
 from hybrid_addon.presets import Quality
 from hybrid_addon.scene import Float32, Scene, Settings
@@ -49,7 +50,7 @@ def render(scene: bpy.types.Scene, mode: str, eevee: int, samples: int, **others
     for name, value in {"mode": mode, "samples": samples, "adaptive": 0.0, **others}.items():
         setattr(scene.hybrid, name, value)
     scene.eevee.taa_render_samples = eevee
-    pipeline.sync(scene)
+    scene_setup.sync(scene)
     bpy.ops.render.render(scene=scene.name)
     if results.errors.get(scene.name):
         raise RuntimeError(results.errors[scene.name])

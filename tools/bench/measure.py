@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from hybrid_addon.clock import Clock
-from hybrid_addon.report.host import cpu_name
-from hybrid_addon.tracer.accel import embree_version
+from hybrid_addon.measure.error_time.host import cpu_name
+from hybrid_addon.tracer.geometry.embree import embree_version
 
 from .table import Table
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from hybrid_addon.measure.stability.build import camera, floor, icosphere, quad
 from hybrid_addon.scene import Camera, Instance, PointLight, Scene, Surface, TriangleMesh, World
-from hybrid_addon.stability.build import camera, floor, icosphere, quad
 
 GLASS = Surface("Glass", opacity=0.0, ior=1.5)
 MIRROR = Surface("Mirror", reflectivity=0.9)

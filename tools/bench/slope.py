@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hybrid_addon.report import fits, metrics
+from hybrid_addon.measure.error_time import fits, metrics
 from hybrid_addon.scene import Scene, Settings
 from hybrid_addon.tracer import trace
 

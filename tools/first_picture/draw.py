@@ -15,10 +15,10 @@ import OpenImageIO as oiio
 from demo import row, view_transformed
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender import images
+from hybrid_addon.blender.render import images
 from hybrid_addon.blender.sync.image import srgb_to_linear
 from hybrid_addon.clock import Clock
-from hybrid_addon.report import metrics
+from hybrid_addon.measure.error_time import metrics
 
 from . import ROOT
 

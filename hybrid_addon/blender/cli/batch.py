@@ -12,8 +12,9 @@ from typing import Any
 
 import bpy
 
-from .. import api, files, pipeline
+from .. import api, files
 from ..errors import HybridError
+from ..pipeline import scene_setup
 from . import frames
 from .common import say
 from .marks import find
@@ -47,7 +48,7 @@ class Shot:
 
 def choose_scenes(active: bpy.types.Scene, names: Sequence[str] | None) -> list[bpy.types.Scene]:
     """The named scenes, all that have a camera, or the file's own."""
-    own = {scene.name: scene for scene in bpy.data.scenes if not pipeline.is_trace_scene(scene)}
+    own = {scene.name: scene for scene in bpy.data.scenes if not scene_setup.is_trace_scene(scene)}
     if names == [ALL] and ALL not in own:
         return [scene for scene in own.values() if scene.camera]
     return [find(own, name, "scene", "the file") for name in names or [active.name]]

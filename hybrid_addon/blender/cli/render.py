@@ -11,8 +11,10 @@ import bpy
 import numpy as np
 
 from ...presets import QUALITY
-from .. import api, handoff, images, nodes
+from .. import api
 from ..errors import HybridError
+from ..pipeline import nodes
+from ..render import handoff, images
 from . import batch, frames, marks
 from .common import Verbs, check_outputs, number, open_file, picture, resolution, say
 

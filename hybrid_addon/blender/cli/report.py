@@ -45,12 +45,14 @@ def add(verbs: Verbs) -> None:
 
 
 def _report(arguments: argparse.Namespace) -> None:
-    from .. import report  # it imports the tracer: a missing library must not keep Blender from loading the add-on
+    from ..measure import (
+        error_time,  # it imports the tracer: a missing library must not keep Blender from loading the add-on
+    )
 
     lists = ("samples", "max_depth", "cutoff", "adaptive")
     given = {name: tuple(dict.fromkeys(getattr(arguments, name) or ())) for name in lists}
     single = {name: getattr(arguments, name) for name in ("reference_samples", "repeats")}
-    axes = report.Axes(**{name: value for name, value in {**given, **single}.items() if value})
+    axes = error_time.Axes(**{name: value for name, value in {**given, **single}.items() if value})
     if arguments.reference_samples:
         axes = replace(axes, patient=True)
     if not arguments.file.is_file():
@@ -62,7 +64,7 @@ def _report(arguments: argparse.Namespace) -> None:
     made = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
         check_outputs([], folder)
-        written = report.write(
+        written = error_time.write(
             scene, folder, axes, mode=arguments.mode, resolution=arguments.resolution, minutes=arguments.minutes,
             cycles_samples=CYCLES if arguments.cycles is None else arguments.cycles, say=say,
         )  # fmt: skip

@@ -21,7 +21,9 @@ def add(verbs: Verbs) -> None:
 
 
 def _stability(arguments: argparse.Namespace) -> None:
-    from .. import stability  # it imports the tracer: a missing library must not keep Blender from loading the add-on
+    from ..measure import (
+        stability,  # it imports the tracer: a missing library must not keep Blender from loading the add-on
+    )
 
     stability.choose(arguments.only)  # a name that is not there: found out before a folder is made
     check_outputs([], arguments.output)

@@ -18,9 +18,10 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import keep, pipeline
 from ..errors import HybridError
-from ..settings import preview_settings
+from ..pipeline import scene_setup
+from ..render import caches
+from ..render.settings import preview_settings
 from .display import Display
 from .draw import Quad
 from .job import Job
@@ -52,7 +53,7 @@ _viewports: dict[int, _Viewport] = {}  # by the region's address
 _edits = 0  # changes of the scene so far
 _translated: tuple[int, str, Any] | None = None  # (edits, scene name, scene translated at that time)
 _compiled: tuple[Any, Any] | None = None  # (translated scene, the same ready to trace)
-_left: keep.Left | None = None  # for the next translation
+_left: caches.Left | None = None  # for the next translation
 _handle: Any = None
 
 
@@ -60,8 +61,8 @@ def why_not(scene: bpy.types.Scene, space: bpy.types.SpaceView3D) -> str:
     """Why this viewport shows no preview, as one line for people; "" if it does."""
     if not (scene.hybrid.enabled and scene.hybrid.preview):
         return "the preview is off"
-    if pipeline.why_inactive(scene):
-        return pipeline.why_inactive(scene)
+    if scene_setup.why_inactive(scene):
+        return scene_setup.why_inactive(scene)
     shading = space.shading
     if shading.type != "RENDERED":
         return "set Viewport Shading to Rendered"
@@ -201,7 +202,7 @@ def _translate(scene: bpy.types.Scene, view: View) -> Any:
     if _translated is None or _translated[:2] != (_edits, scene.name):
         depsgraph = bpy.context.evaluated_depsgraph_get()
         if _left is None or _left.scene != scene.name:
-            _left = keep.Left(scene.name, Kept(learns=True))
+            _left = caches.Left(scene.name, Kept(learns=True))
         translation = translate(
             depsgraph, scene, (1, 1), (0, 0, 1, 1),
             light_falloff=scene.hybrid.light_falloff, camera=view.camera(1), kept=_left.meshes,

@@ -100,7 +100,7 @@ class Job:
 
     def _refine(self) -> None:
         from ...tracer import CompiledScene, trace_compiled
-        from ...tracer.validate import validate
+        from ...tracer.prepare.validate import validate
 
         if self.compiled is None:
             validate(self.scene, self.settings, None)

@@ -22,10 +22,10 @@ import bpy
 
 from ...scene import Camera, Scene
 from ..flags import Flags
+from .cache import Kept
 from .camera import Size, Window, translate_camera
 from .coverage.scene import name_scene
 from .image import Images
-from .kept import Kept
 from .light import Falloff, LightContext
 from .light_strength import scaled
 from .material import Surfaces, warn_of_roughness

@@ -18,7 +18,7 @@ import bpy
 import numpy as np
 
 from ...scene import Float32
-from .kept import Kept
+from .cache import Kept
 from .messages import Warnings
 
 MISSING_COLOR = (1.0, 0.0, 1.0, 1.0)  # the pink that Blender shows for a missing image

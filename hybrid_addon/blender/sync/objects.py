@@ -18,14 +18,14 @@ import numpy as np
 from ...expressions import reads
 from ...scene import Float64, Instance, Light, TriangleMesh, Visibility
 from ..flags import Flags
+from .cache import Kept
 from .coverage import FIRST, name_object, name_settings
-from .kept import Kept
 from .light import LightContext, translate_light
+from .likely_to_move import moves
 from .linking import Links, linked, links_of
 from .material import Surfaces
 from .mesh import translate_mesh
 from .messages import Warnings
-from .motion import moves
 from .settings import ObjectSettings, instance_settings
 
 MeshKey = tuple[int, frozenset[str]]

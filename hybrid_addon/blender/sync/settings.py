@@ -9,7 +9,7 @@ import bpy
 
 from ...scene import Arriving
 from ..flags import Flags
-from ..layers import source_layer
+from ..pipeline.view_layers import source_layer
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@
     value_tables.py           sockets of nodes of numbers, colours and textures; settings of nodes
 
 Every setting that EEVEE's picture may depend on stands in one of them: a test walks through all that the running
-Blender has (tests/blender/test_coverage.py), so that a new version's new settings are noticed.
+Blender has (tests/blender/sync/test_coverage.py), so that a new version's new settings are noticed.
 """
 
 from __future__ import annotations

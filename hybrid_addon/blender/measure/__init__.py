@@ -1,0 +1,1 @@
+"""`hybrid report` and `hybrid stability` in Blender, and Cycles beside them."""

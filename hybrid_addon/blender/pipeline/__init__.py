@@ -1,0 +1,1 @@
+"""What a hybrid scene has that a plain one has not: set up, kept in step, taken away again."""

@@ -1,0 +1,44 @@
+"""Who draws the shadows of ray traced objects on what EEVEE draws: EEVEE, or with Traced Shadows the tracer.
+
+EEVEE casts them whether an object is held out or not. It is told not to in the evaluated copies of one render, which
+Blender throws away with it: nothing of the user's data is written to, nor what his viewports show.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+from . import scene_setup
+from .view_layers import MASK_MARK
+
+shared: dict[str, list[str]] = {}
+"""By scene: objects that keep EEVEE's shadows because something shows them that is not ray traced, too."""
+
+
+def hand_over(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """Take EEVEE's shadows from the ray traced objects, in the depsgraph of a render of the mask layer, or give them.
+
+    An instance casts as the object that it is an instance of.
+    """
+    if depsgraph.mode != "RENDER" or not depsgraph.view_layer.get(MASK_MARK):
+        return
+    traced = scene_setup.traces_shadows(scene)
+    if not (traced or scene.render.use_persistent_data):
+        return
+    collection = scene_setup.own_collection(scene)
+    held_out = set(collection.objects) if collection else set()
+    by_tracer, by_eevee = set[bpy.types.Object](), set[bpy.types.Object]()
+    for b_instance in depsgraph.object_instances:
+        owner = (b_instance.parent or b_instance.object).original
+        (by_tracer if traced and owner in held_out else by_eevee).add(b_instance.object.original)
+    for b_object in by_tracer | by_eevee:
+        evaluated, casts = b_object.evaluated_get(depsgraph), b_object.visible_shadow and b_object in by_eevee
+        if evaluated.visible_shadow != casts:
+            evaluated.visible_shadow = casts
+    shared[scene.name] = sorted(b_object.name for b_object in by_tracer & by_eevee)
+
+
+def warnings(scene: bpy.types.Scene) -> list[str]:
+    """What of it could not be done in the last render."""
+    names = shared.get(scene.name, []) if scene_setup.traces_shadows(scene) else []
+    return [f"object {name!r}: instances that are not ray traced, too, keep EEVEE's shadow for all" for name in names]

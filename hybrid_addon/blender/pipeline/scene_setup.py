@@ -1,0 +1,359 @@
+"""What a hybrid scene has that a plain one has not: set up, kept in step, taken away again without a trace.
+
+    user's scene                                      "Hybrid Trace" scene (engine HYBRID_TRACER)
+      view layer "Hybrid Mask"                          background_set = the user's scene, so that it shows its
+        collection "Hybrid Traced", held out            objects without linking one of them
+      compositor: Render Layers (mask) + Render Layers (trace) -> Hybrid -> whatever the user's Render Layers fed
+
+`sync(scene)` is idempotent: it compares what is there with what should be there and writes only the differences, so
+it can run after any change, undo, load, copy or append. `tear_down(scene)` is its inverse. Nothing else edits the
+scene. Both run on the main thread only, never from a render handler in a window (that crashes Blender).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import bpy
+
+from ..errors import HybridError
+from ..flags import Flags
+from . import nodes, opengl
+from .restore import Restore
+from .transmission import transmit
+from .view_layers import SOURCE_MARK, copy_evaluation, mask_layer, set_, source_layer, sync_mask_layer
+
+COLLECTION = "Hybrid Traced"
+TRACE_SCENE = "Hybrid Trace"
+TRACE_LAYER = "Traced"
+ENGINE = "HYBRID_TRACER"
+COLLECTION_MARK = "hybrid_collection"  # custom property on our collections
+
+retraced: set[str] = set()
+"""Names of scenes whose next render takes EEVEE's half from the last one (retrace.py)."""
+TRACE_MARK = "hybrid_trace"  # and on our scenes: a user may choose our engine for his own
+
+
+# ------------------------------------------------------------------------------------------------ questions
+
+
+def eevee() -> str:
+    """EEVEE's engine id, which differs between Blender versions: the one that Blender itself starts with."""
+    return str(bpy.types.RenderSettings.bl_rna.properties["engine"].enum_items[0].identifier)
+
+
+def is_eevee(scene: bpy.types.Scene) -> bool:
+    """Whether EEVEE draws this scene."""
+    return bool(scene.render.engine == eevee())
+
+
+def is_trace_scene(scene: bpy.types.Scene) -> bool:
+    """Whether the scene is one of ours."""
+    return scene.render.engine == ENGINE and TRACE_MARK in scene
+
+
+def is_active(scene: bpy.types.Scene) -> bool:
+    """Whether the pipeline should stand in this scene."""
+    return bool(scene.hybrid.enabled and scene.library is None and not is_trace_scene(scene) and is_eevee(scene))
+
+
+def why_inactive(scene: bpy.types.Scene) -> str:
+    """Why an enabled scene has no pipeline, as one line for people; "" if it has one."""
+    if scene.library is not None:
+        return f"scene '{scene.name}' is linked from {scene.library.filepath}: enable Hybrid in that file"
+    if is_trace_scene(scene):
+        return f"scene '{scene.name}' belongs to the add-on: choose your own scene"
+    if not is_eevee(scene):
+        return (
+            f"scene '{scene.name}' renders with {scene.render.engine}: set Render Engine to EEVEE for hybrid rendering"
+        )
+    return ""
+
+
+def trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene | None:
+    """The trace scene that shows this scene, or None.
+
+    Found by what it is, not by a pointer kept in the scene: Blender's dependency graph follows a pointer property from
+    one scene into another, and crashes on its way.
+    """
+    return next((s for s in bpy.data.scenes if is_trace_scene(s) and s.background_set == scene and not s.library), None)
+
+
+def own_collection(scene: bpy.types.Scene) -> bpy.types.Collection | None:
+    """The scene's collection of held-out objects, or None."""
+    return next((child for child in scene.collection.children if COLLECTION_MARK in child), None)
+
+
+def effective_mode(scene: bpy.types.Scene) -> str:
+    """The mode, but RASTER where nothing is ray traced: an empty mask costs nothing."""
+    mode = scene.hybrid.mode
+    return "RASTER" if mode == "HYBRID" and not flagged_objects(scene) else mode
+
+
+def needs_raster(scene: bpy.types.Scene) -> bool:
+    """Whether the tracer asks for EEVEE's picture and its depth, `Scene.raster`, beside the mask."""
+    return bool(scene.hybrid.raster_backed and effective_mode(scene) == "HYBRID")
+
+
+def traces_shadows(scene: bpy.types.Scene) -> bool:
+    """Whether the tracer, not EEVEE, draws the shadows of ray traced objects on what EEVEE draws.
+
+    The same for all frames: EEVEE must know before anything is evaluated.
+    """
+    choice = scene.hybrid.traced_shadows
+    if choice == "OFF" or effective_mode(scene) != "HYBRID":
+        return False
+    return choice == "ON" or scene.hybrid.caustics != "NONE" or transmit(flagged_objects(scene))
+
+
+def needs_albedo(scene: bpy.types.Scene) -> bool:
+    """Whether light is brought to EEVEE's picture, which depends on the colour of what it shows."""
+    return scene.hybrid.caustics == "PHOTONS" and traces_shadows(scene)
+
+
+def flagged_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The ray traced ones of them."""
+    flags = Flags(scene)
+    return [b_object for b_object in rendered_objects(scene) if flags.is_ray_traced(b_object)]
+
+
+def rendered_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The objects whose collections the user's layer renders, each once, in the order of these.
+
+    Only through collections that are neither excluded from the layer nor disabled for rendering: linking an object
+    into our collection must not bring back what the user has switched off.
+    """
+    found: dict[str, bpy.types.Object] = {}
+    ours = own_collection(scene)
+
+    def walk(layer_collection: bpy.types.LayerCollection) -> None:
+        collection = layer_collection.collection
+        if collection == ours or collection.hide_render:
+            return
+        if not layer_collection.exclude:
+            found.update((ob.name_full, ob) for ob in collection.objects)
+        for child in layer_collection.children:
+            walk(child)
+
+    walk(source_layer(scene).layer_collection)
+    return list(found.values())
+
+
+# ------------------------------------------------------------------------------------------------ doors
+
+
+def enable(scene: bpy.types.Scene) -> None:
+    """Switch hybrid rendering on. Raises HybridError with the reason where the scene cannot be rendered hybrid."""
+    if not isinstance(scene, bpy.types.Scene):
+        raise HybridError(f"{scene!r} is not a scene: pass bpy.context.scene")
+    reason = why_inactive(scene)
+    if reason:
+        raise HybridError(reason)
+    scene.hybrid.enabled = True  # its update callback calls sync
+    sync(scene)
+
+
+def disable(scene: bpy.types.Scene) -> None:
+    """Switch hybrid rendering off; the scene is then as it was before `enable`."""
+    scene.hybrid.enabled = False
+    sync(scene)
+
+
+def object_changed(b_object: bpy.types.Object) -> None:
+    """A ray traced flag changed: bring every scene that shows the object in step."""
+    for scene in b_object.users_scene:
+        scene_changed(scene)
+
+
+def collection_changed() -> None:
+    """A collection's flag changed: it may be in any scene, or shown in one."""
+    for scene in _own_scenes():
+        scene_changed(scene)
+
+
+def scene_changed(scene: bpy.types.Scene) -> None:
+    """A scene setting changed."""
+    if not _busy():
+        sync(scene)
+
+
+def passes_changed(scene: bpy.types.Scene) -> None:
+    """Other passes are wanted: the node of the ray traced half gets their sockets."""
+    trace = trace_scene(scene)
+    if trace is None or _busy():
+        return
+    for owner in (trace, scene):  # 4.5 updates the nodes in the compositor of the owner, 5.x those that show it
+        owner.view_layers[0].update_render_passes()
+
+
+def sync_all() -> None:
+    """Bring every scene in step and remove what belonged to scenes that are gone."""
+    for scene in _own_scenes():
+        sync(scene)
+    if not _busy():
+        _remove_orphans()
+
+
+def tear_down_all() -> None:
+    """Take the pipeline out of every scene; their settings stay."""
+    for scene in _own_scenes():
+        tear_down(scene)
+
+
+def _own_scenes() -> list[bpy.types.Scene]:
+    """The user's scenes. Not ours: those come and go while one walks through this list."""
+    return [scene for scene in bpy.data.scenes if not is_trace_scene(scene)]
+
+
+def sync(scene: bpy.types.Scene) -> None:
+    """Make the scene hold exactly the pipeline that its settings ask for; write nothing where it already does."""
+    if not is_active(scene):
+        tear_down(scene)
+        return
+    with guard() as entered:
+        if not entered:
+            return
+        _disown_copies(scene)
+        restore = Restore(scene)
+        mode = effective_mode(scene)
+        source = _sync_source(scene, restore)
+        collection = _sync_collection(scene)
+        mask = sync_mask_layer(scene, source, collection, depth=needs_raster(scene), albedo=needs_albedo(scene))
+        trace = _sync_trace_scene(scene)
+        nodes.sync(scene, source, mask, trace, "RETRACE" if scene.name in retraced else mode, restore)
+        _sync_compositor(scene, restore)
+        set_(mask, "use", mode == "HYBRID")
+        set_(source, "use", nodes.needs_source(scene, source, mode) or mode == "FULL")
+        restore.save()
+
+
+def tear_down(scene: bpy.types.Scene) -> None:
+    """Remove everything that `sync` made, put back everything that it changed. Does nothing in a clean scene."""
+    if is_trace_scene(scene) or scene.library is not None:
+        return
+    if not (scene.hybrid.restore or own_collection(scene) or trace_scene(scene) or mask_layer(scene)):
+        return
+    with guard() as entered:
+        if not entered:
+            return
+        _disown_copies(scene)
+        restore = Restore(scene)
+        nodes.tear_down(scene, restore)
+        mask = mask_layer(scene)
+        if mask is not None:
+            scene.view_layers.remove(mask)
+        for layer in scene.view_layers:
+            if SOURCE_MARK in layer:
+                set_(layer, "use", bool(restore.get("source_use", True)))
+                del layer[SOURCE_MARK]
+        collection, trace = own_collection(scene), trace_scene(scene)
+        if collection is not None:
+            bpy.data.collections.remove(collection)
+        if trace is not None:
+            bpy.data.scenes.remove(trace)
+        restore.clear()
+
+
+# ------------------------------------------------------------------------------------------------ the parts
+
+
+def _sync_source(scene: bpy.types.Scene, restore: Restore) -> bpy.types.ViewLayer:
+    source = source_layer(scene)
+    if SOURCE_MARK not in source:
+        source[SOURCE_MARK] = True
+        restore.remember("source_use", source.use)
+    restore.remember("use_single_layer", scene.render.use_single_layer)
+    set_(scene.render, "use_single_layer", False)  # with it on Blender skips the trace scene
+    return source
+
+
+def _sync_collection(scene: bpy.types.Scene) -> bpy.types.Collection:
+    collection = own_collection(scene)
+    if collection is None:
+        collection = bpy.data.collections.new(COLLECTION)
+        collection[COLLECTION_MARK] = True
+        scene.collection.children.link(collection)
+    wanted = flagged_objects(scene)
+    there = set(collection.objects)  # not by name: a linked object may have that of a local one
+    for b_object in there.difference(wanted):
+        collection.objects.unlink(b_object)
+    for b_object in wanted:
+        if b_object not in there:
+            collection.objects.link(b_object)
+    return collection
+
+
+def _sync_trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene:
+    trace = trace_scene(scene)
+    if trace is None:
+        trace = bpy.data.scenes.new(TRACE_SCENE)
+        trace.render.engine = ENGINE
+        trace[TRACE_MARK] = True
+        trace.background_set = scene
+        trace.view_layers[0].name = TRACE_LAYER
+    set_(trace, "camera", scene.camera or _marker_camera(scene))  # Blender refuses to render a scene without one
+    copy_evaluation(scene, trace)
+    return trace
+
+
+def _sync_compositor(scene: bpy.types.Scene, restore: Restore) -> None:
+    """Without a window, have the processor composite where that of the graphics card may end Blender.
+
+    On Mesa's software OpenGL it does so in one of some hundred pictures: a shader that has been freed is taken for a
+    new one at its address, and not bound (Mesa 22.3, llvmpipe). Without any OpenGL, in mode Full, it does so at once.
+    """
+    if bpy.app.background and opengl.draws_on_processor():
+        restore.remember("compositor_device", scene.render.compositor_device)
+        set_(scene.render, "compositor_device", "CPU")
+
+
+def _marker_camera(scene: bpy.types.Scene) -> bpy.types.Object | None:
+    return next((marker.camera for marker in scene.timeline_markers if marker.camera), None)
+
+
+def _disown_copies(scene: bpy.types.Scene) -> None:
+    """A linked copy of a scene shares its collections: let go of ours where another scene holds it too."""
+    collection = own_collection(scene)
+    others = (own_collection(other) for other in _own_scenes() if other != scene)
+    if collection is not None and collection in others:
+        scene.collection.children.unlink(collection)
+
+
+def _remove_orphans() -> None:
+    """What belonged to scenes that are gone."""
+    scenes = _own_scenes()
+    traces = {trace_scene(scene) for scene in scenes if is_active(scene)}
+    collections = {own_collection(scene) for scene in scenes}
+    for scene in [s for s in bpy.data.scenes if is_trace_scene(s) and s not in traces and s.library is None]:
+        if len(bpy.data.scenes) > 1:  # Blender keeps one
+            bpy.data.scenes.remove(scene)
+    for collection in list(bpy.data.collections):
+        if COLLECTION_MARK in collection and collection not in collections and collection.library is None:
+            bpy.data.collections.remove(collection)
+    nodes.remove_orphans()
+
+
+# ------------------------------------------------------------------------------------------------ writing with care
+
+
+_inside = False
+
+
+def _busy() -> bool:
+    """Whether a change must wait: we are inside one, or a render job is reading the scene on another thread."""
+    return _inside or (not bpy.app.background and bpy.app.is_job_running("RENDER"))
+
+
+@contextmanager
+def guard() -> Iterator[bool]:
+    """Keep our own edits from calling us again through update callbacks and depsgraph handlers."""
+    global _inside
+    if _busy():
+        yield False
+        return
+    _inside = True
+    try:
+        yield True
+    finally:
+        _inside = False

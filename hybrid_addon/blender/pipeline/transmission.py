@@ -1,0 +1,148 @@
+"""Whether light may pass through objects, as far as their materials tell before anything is evaluated or rendered.
+
+The translator itself reads the materials, without their images. What is linked, or animated, may be anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ...scene import Expression, Float32
+from ..sync.image import Images
+from ..sync.material import customised, translate_material
+from ..sync.messages import Warnings
+from ..sync.settings import CustomSurface, custom_surface
+
+Shown = tuple[bpy.types.Object | None, bpy.types.Material | None]  # a material that nodes assign has no object
+
+
+def transmit(objects: Iterable[bpy.types.Object]) -> bool:
+    """Whether any of these ray traced objects, or of what they instance, may let light through."""
+    known: dict[tuple[str, CustomSurface | None], bool] = {}
+    for b_owner in objects:
+        if b_owner.hide_render and not _is_animated(b_owner, "hide_render"):
+            continue
+        for b_object, b_material in _shown(b_owner):
+            # Whose Custom values count: see `sync.settings.instance_settings`.
+            wearer = b_object if b_object is not None and b_object.hybrid.ray_traced else b_owner
+            if wearer.hybrid.surface == "CUSTOM" and _is_animated(wearer, "hybrid."):
+                return True
+            key = (b_material.name_full if b_material else "", custom_surface(wearer))
+            if key not in known:
+                known[key] = _transmits(b_material, key[1])
+            if known[key]:
+                return True
+    return False
+
+
+def _transmits(b_material: bpy.types.Material | None, custom: CustomSurface | None) -> bool:
+    if b_material is None:
+        return custom is not None and custom.opacity < 1.0 and custom.reflectivity < 1.0
+    if custom is None and (_is_animated(b_material, "hybrid.") or _has_animated_nodes(b_material.node_tree)):
+        return True
+    warn = Warnings()
+    surface = translate_material(b_material, _NoImages(warn), warn)
+    surface = customised(surface, custom or custom_surface(b_material))
+    return _is_not(surface.opacity, 1.0) and _is_not(surface.reflectivity, 1.0)
+
+
+def _is_not(value: Any, number: float) -> bool:
+    return isinstance(value, Expression) or value != number
+
+
+class _NoImages(Images):
+    """Images whose pixels nobody will look at."""
+
+    def pixels(self, b_image: bpy.types.Image, b_image_user: bpy.types.ImageUser | None = None) -> Float32:
+        """One white pixel."""
+        return np.ones((1, 1, 4), np.float32)
+
+    def tiles(self, b_image: bpy.types.Image) -> dict[tuple[int, int], Float32]:
+        """None."""
+        return {}
+
+
+# ------------------------------------------------------------------------------------------------ what is shown
+
+
+def _shown(b_owner: bpy.types.Object) -> Iterator[Shown]:
+    """All that an object may show with what it wears: itself, what it instances, what its nodes make."""
+    queue: list[bpy.types.ID] = [b_owner]
+    seen: set[bpy.types.ID] = set()
+    while queue:
+        b_id = queue.pop()
+        if b_id in seen:
+            continue
+        seen.add(b_id)
+        if isinstance(b_id, bpy.types.Material):
+            yield None, b_id
+        elif isinstance(b_id, bpy.types.Object):
+            for b_material in [b_slot.material for b_slot in b_id.material_slots] or [None]:
+                yield b_id, b_material
+            queue += _instanced(b_id)
+        elif isinstance(b_id, bpy.types.Collection):
+            queue += b_id.all_objects
+        elif isinstance(b_id, bpy.types.NodeTree):
+            for b_node in b_id.nodes:
+                values = [getattr(b_socket, "default_value", None) for b_socket in b_node.inputs]
+                queue += _ids([getattr(b_node, "node_tree", None), *values])
+
+
+def _instanced(b_object: bpy.types.Object) -> list[bpy.types.ID]:
+    """What an object shows beside itself: objects, collections, node groups."""
+    found: list[Any] = list(b_object.children) if b_object.instance_type in {"VERTS", "FACES"} else []
+    found += [b_object.instance_collection if b_object.instance_type == "COLLECTION" else None]
+    for b_system in b_object.particle_systems:
+        found += [b_system.settings.instance_object, b_system.settings.instance_collection]
+    for b_modifier in b_object.modifiers:
+        if isinstance(b_modifier, bpy.types.NodesModifier):
+            found += [b_modifier.node_group, *node_inputs(b_modifier)]
+    return _ids(found)
+
+
+def node_inputs(b_modifier: bpy.types.NodesModifier) -> list[Any]:
+    """What is given to a modifier's nodes: custom properties in Blender 4.5, in 5.2 properties of their own."""
+    if not hasattr(b_modifier, "properties"):
+        return list(b_modifier.values())
+    b_inputs = b_modifier.properties.inputs
+    return [getattr(getattr(b_inputs, name), "value", None) for name in b_inputs.bl_rna.properties.keys()]
+
+
+def _ids(values: Iterable[Any]) -> list[bpy.types.ID]:
+    return [value for value in values if isinstance(value, bpy.types.ID)]
+
+
+# ------------------------------------------------------------------------------------------------ what may change
+
+
+def _has_animated_nodes(b_tree: bpy.types.NodeTree | None, depth: int = 0) -> bool:
+    """Whether a value of a node, here or in a group, is keyframed or driven."""
+    if b_tree is None or depth > DEEPEST:
+        return False
+    groups = (getattr(b_node, "node_tree", None) for b_node in b_tree.nodes)
+    return _is_animated(b_tree, "nodes[") or any(_has_animated_nodes(b_group, depth + 1) for b_group in groups)
+
+
+DEEPEST = 16
+"""Groups in groups; Blender allows no circles, a broken file may have them."""
+
+
+def _is_animated(b_id: bpy.types.ID, path: str) -> bool:
+    """Whether a property whose path begins so is keyframed or driven."""
+    data = b_id.animation_data
+    if data is None:
+        return False
+    actions = [data.action, *(b_strip.action for b_track in data.nla_tracks for b_strip in b_track.strips)]
+    bags = [
+        b_bag
+        for b_action in filter(None, actions)
+        for b_layer in b_action.layers
+        for b_strip in b_layer.strips
+        for b_bag in b_strip.channelbags
+    ]
+    curves = [*data.drivers, *(b_curve for b_bag in bags for b_curve in b_bag.fcurves)]
+    return any(b_curve.data_path.startswith(path) for b_curve in curves)

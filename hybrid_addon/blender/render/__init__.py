@@ -1,0 +1,1 @@
+"""One render: the engine, EEVEE's half, the results, and what a retrace needs."""

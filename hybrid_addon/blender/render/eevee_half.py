@@ -1,0 +1,73 @@
+"""EEVEE's half of the picture, as the tracer gets it: picture, mask, depth, and whether it may back hits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import bpy
+import numpy as np
+
+from ...scene import Camera, Float32
+from ..errors import HybridError
+from ..pipeline import scene_setup
+from . import images
+
+Window = tuple[int, int, int, int]
+
+ALBEDO = ("Diffuse Color", "DiffCol")
+"""Names of EEVEE's pass in 5.x and 4.5."""
+
+
+def read(
+    scene: bpy.types.Scene, window: Window, check: Callable[[], None]
+) -> tuple[Float32, Float32, Float32 | None, Float32 | None]:
+    """EEVEE's picture without the flagged objects (h, w, 4), their coverage (h, w) and, if they were asked for, the
+    depth (h, w) and the diffuse colour (h, w, 3), black where these are, of that picture; all over the window."""
+    from ...compositor import mask_from_alpha
+
+    planes = images.read_render_result(scene, check)
+    mask_layer = scene_setup.mask_layer(scene)
+    if mask_layer is None:
+        raise HybridError(f"scene '{scene.name}' has no mask view layer: switch Hybrid off and on again")
+    raster = _crop(planes[f"{mask_layer.name}.Combined"], window)
+    plane = planes.get(f"{mask_layer.name}.Depth") if scene_setup.needs_raster(scene) else None
+    depth = None if plane is None else _crop(plane, window)[..., 0]
+    planes_of_color = [planes[name] for pass_ in ALBEDO if (name := f"{mask_layer.name}.{pass_}") in planes]
+    albedo = _crop(planes_of_color[0], window)[..., :3] if planes_of_color and scene_setup.needs_albedo(scene) else None
+    if not scene.render.film_transparent:
+        return raster, mask_from_alpha(raster[..., 3]), depth, albedo
+    whole = _crop(planes[f"{scene_setup.source_layer(scene).name}.Combined"], window)
+    return raster, mask_from_alpha(raster[..., 3], whole[..., 3]), depth, albedo
+
+
+def without_sky(depth: Float32, camera: Camera) -> Float32:
+    """EEVEE's depth pass with NO_DEPTH where there is only sky: 5.x has it already, 4.5 writes about the clip end.
+
+    It is read back from a depth buffer, whose rounding grows with clip end over clip start.
+    """
+    from ...tracer.core.constants import FLOAT32_ULP, NO_DEPTH
+
+    rounding = 8 * FLOAT32_ULP * camera.clip_end / camera.clip_start
+    return np.where(depth > camera.clip_end * (1 - min(rounding, 0.5)), np.float32(NO_DEPTH), depth)
+
+
+def unfit_to_back(scene: bpy.types.Scene) -> str:
+    """Why the pixels of EEVEE's picture are not those of the surfaces that its depth pass has; "" if they are."""
+    if scene.camera is not None and scene.camera.type == "CAMERA" and scene.camera.data.dof.use_dof:
+        return "depth of field blurs EEVEE's picture, but not its depth"
+    if scene.render.use_motion_blur:
+        return "motion blur blurs EEVEE's picture, but not its depth"
+    world = scene.world
+    tree = world.node_tree if world is not None else None
+    output = tree.get_output_node("EEVEE") if tree is not None else None
+    if output is not None and output.inputs["Volume"].is_linked:
+        return "a world's volume lies between EEVEE's picture and its surfaces"
+    return ""
+
+
+def _crop(image: Float32, window: Window) -> Float32:
+    """The window of a full frame; a cropped render is the window already."""
+    x0, y0, x1, y1 = window
+    if image.shape[:2] == (y1 - y0, x1 - x0):
+        return image
+    return np.ascontiguousarray(image[y0:y1, x0:x1])

@@ -1,0 +1,305 @@
+"""HYBRID_TRACER: the render engine of the trace scene.
+
+Blender calls it after EEVEE has finished the user's scene, at the same frame, size and border. It reads EEVEE's mask
+layer, translates the scene, traces the masked pixels and hands the traced half to the compositor.
+"""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ...clock import Clock
+from ...report.ended import ended_warnings
+from ...report.frame import frame_report
+from ...scene import Film, Float32, Raster
+from ..pipeline import eevee_shadows, evaluated, scene_setup, view_layers
+from . import abort, caches, eevee_half, results, retrace
+from .settings import public_settings, tracer_settings
+
+Progress = Callable[[str, float], bool]
+Window = tuple[int, int, int, int]
+
+CHANNELS = {"NORMAL": "XYZ", "SHADOW": "RGB", "REFLECTION": "RGB", "REFRACTION": "RGB"}
+"""Of the data passes that have more than one."""
+
+RETRACED = {"what": "EEVEE's half of the picture", "why": "retraced: it is the last render's", "count": 1}
+
+LIGHT_PASSES = {"reflection", "refraction", "raster_backed"}
+"""Passes that add up with the picture, so that they are multiplied by coverage as it is."""
+
+USE_EEVEE = "has the add-on's internal engine: set Render Engine to EEVEE and tick Hybrid"
+
+PASS_TYPES = {"X": "VALUE", "XYZ": "VECTOR", "RGB": "COLOR", "RGBA": "COLOR"}
+
+
+class HybridTracer(bpy.types.RenderEngine):
+    """Ray traces the flagged objects of the scene that this one has as its background set."""
+
+    bl_idname = scene_setup.ENGINE
+    bl_label = "Hybrid (internal)"  # it stands in the list of engines: nobody should choose it
+    bl_use_preview = False
+    bl_use_shading_nodes_custom = False
+    _said = ""
+
+    def update_render_passes(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
+        """Declare the passes, or compositor trees lose their sockets."""
+        self.register_pass(scene, view_layer, "Combined", 4, "RGBA", "COLOR")
+        for name, channels in _passes(scene.background_set).items():
+            self.register_pass(scene, view_layer, name, len(channels), channels, PASS_TYPES[channels])
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Trace one frame. An error is one line in the interface and in the console, and leaves no picture."""
+        if evaluated.EMPTY_MARK in depsgraph.scene:
+            evaluated.seen(depsgraph)
+            self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
+            return
+        scene = depsgraph.scene.background_set if scene_setup.TRACE_MARK in depsgraph.scene else None
+        if scene is None:
+            self._fail("", f"scene '{depsgraph.scene.name}' {USE_EEVEE}")
+            return
+        if results.current == depsgraph.scene.name:
+            self._fail(scene.name, f"'{depsgraph.scene.name}' is the add-on's own scene: render '{scene.name}' instead")
+            return
+        try:
+            from ...tracer import Cancelled
+        except ImportError as error:
+            self._fail(scene.name, f"Embree does not load on {platform.platform()}: {error}; install this system's zip")
+            return
+        for name, channels in _passes(scene).items():
+            self.add_pass(name, len(channels), channels)
+        resolution = (self.resolution_x, self.resolution_y)
+        target = self.begin_result(0, 0, *resolution)
+        delivered = False
+        try:
+            window = _window(scene, resolution, (target.resolution_x, target.resolution_y))
+            frame, film = trace_frame(scene, depsgraph, resolution, window, self._progress)
+            _deliver(target, frame, film)
+            results.traced(scene.name, frame)
+            delivered = True
+        except Cancelled:
+            pass
+        except (ValueError, MemoryError) as error:  # our checks, the translator's and the tracer's: one line each
+            self._fail(scene.name, str(error) or "not enough memory: lower the resolution or the samples")
+        except Exception:  # a bug of ours: Blender prints it
+            abort.plain_render()
+            raise
+        finally:
+            self.end_result(target, cancel=not delivered)
+
+    def _progress(self, phase: str, fraction: float) -> bool:
+        text = phase if fraction <= 0 else f"{phase} {fraction * 100:.0f} %"
+        if text != self._said:  # in the background each call is a line of output
+            self._said = text
+            self.update_stats("Hybrid", text)
+            self.update_progress(fraction)
+        return not self.test_break()
+
+    def _fail(self, scene: str, message: str) -> None:
+        results.errors[scene] = message
+        self.report({"ERROR"}, f"Hybrid: {message}")
+        self.error_set(f"Hybrid: {message}")
+        abort.plain_render()
+
+
+def trace_frame(
+    scene: bpy.types.Scene,
+    depsgraph: bpy.types.Depsgraph,
+    resolution: tuple[int, int],
+    window: Window,
+    progress: Progress,
+) -> tuple[results.Frame, Film]:
+    """Read the mask, translate, trace, premultiply: everything between EEVEE and the compositor."""
+    from ...compositor import light_up, premultiply, shade
+    from ...tracer import trace
+    from ..sync import translate
+
+    timing = {"raster": results.since_start(scene.name)}
+    mode = scene.hybrid.mode
+
+    clock = Clock()
+    drawn, mask, depth, albedo = None, None, None, None
+    again = held = retrace.held(scene)
+    if again is not None:
+        drawn, mask, depth, albedo = again.raster, again.mask, again.depth, again.albedo
+    elif mode != "FULL":
+        reading = "Reading EEVEE's picture"
+        going_on = partial(_going_on, progress, reading)
+        drawn, mask, depth, albedo = _stage(progress, reading, eevee_half.read, scene, window, going_on)
+        held = retrace.hold(scene, window, drawn, mask, depth, albedo)
+    timing["mask read"] = clock.read()
+
+    clock, left = Clock(), caches.of(scene.name)
+    translation = _stage(
+        progress, "Translating the scene", translate, depsgraph, scene, resolution, window,
+        light_falloff=scene.hybrid.light_falloff, kept=left.meshes,
+    )  # fmt: skip
+    timing["translate"] = clock.read()
+    if held is not None:
+        retrace.check_drawn(held, translation.scene)
+    traced_scene, unfit = translation.scene, "" if depth is None else eevee_half.unfit_to_back(scene)
+    if drawn is not None and depth is not None and not unfit:
+        traced_scene = replace(
+            traced_scene, raster=Raster(drawn, eevee_half.without_sky(depth, traced_scene.camera), albedo)
+        )
+
+    settings = tracer_settings(scene)
+    _going_on(progress, "Building")
+    deadline = results.deadline(scene.name, scene.hybrid.time_budget, (window[2] - window[0]) * (window[3] - window[1]))
+    film = trace(traced_scene, settings, mask, lambda fraction: progress("Tracing", fraction), deadline, left.trees)
+    results.sampled(scene.name, film.time["develop"]["wall"])
+    mask = film.coverage if mask is None else mask
+    traced = premultiply(film.radiance, mask)
+    if drawn is not None and film.shadow is not None:
+        traced = shade(traced, drawn, film.shadow)
+    if albedo is not None and film.caustic is not None:
+        traced = light_up(traced, film.caustic, albedo)
+    notes = [RETRACED] if again else []
+    notes += [{"what": "raster-backed hits", "why": unfit, "count": 1}] if unfit else []
+    report = frame_report(
+        versions=versions(),
+        settings=public_settings(scene),
+        frame=scene.frame_current,
+        resolution=resolution,
+        mask=mask,
+        film=film,
+        counts=translation.counts,
+        time=timing,
+        warnings=[
+            *scene_warnings(scene),
+            *translation.warnings,
+            *budget_warnings(scene, timing, film),
+            *ended_warnings(film.ended, settings, traced_scene.names, float(np.mean(mask != 0)) if mask.size else 0.0),
+        ],
+        skipped=[*notes, *left.skipped()],
+    )
+    return results.Frame(window, drawn, mask, traced, report, data_passes(scene, film, mask)), film
+
+
+def budget_warnings(scene: bpy.types.Scene, timing: dict[str, dict[str, float]], film: Film) -> list[str]:
+    """What a time budget cost beyond samples, and by what it was not held. timing: the phases before the tracer's."""
+    budget, eevee = scene.hybrid.time_budget, timing["raster"]["wall"]
+    if budget <= 0:
+        return []
+    if budget < eevee and scene.hybrid.mode != "FULL":
+        return [f"EEVEE alone took {eevee:.1f} s of the time budget of {budget:g} s: lower its samples"]
+    others = {name: clock["wall"] for name, clock in timing.items() if name != "raster"}
+    ready, spent = sum(others.values()) + film.time["build"]["wall"], results.since_start(scene.name)["wall"]
+    if spent > budget:
+        return [
+            f"the frame took {spent:.2f} s, over its time budget of {budget:g} s: before the tracer {eevee:.2f} s, "
+            f"translating the scene and making it ready {ready:.2f} s, tracing {film.time['trace']['wall']:.2f} s"
+        ]
+    if any(entry["what"] == "resolution" for entry in film.skipped):
+        return [f"the time budget of {budget:g} s cost resolution: raise it, or lower Max Bounces"]
+    return []
+
+
+def scene_warnings(scene: bpy.types.Scene) -> list[str]:
+    """What the pipeline itself cannot do in this scene."""
+    from ..pipeline import nodes
+
+    warnings, settings = [], scene.hybrid
+    source = scene_setup.source_layer(scene)
+    others = [
+        layer.name
+        for layer in scene.view_layers
+        if layer != source and layer.use and not layer.get(view_layers.MASK_MARK)
+    ]
+    if others:
+        warnings.append(f"only view layer '{source.name}' is hybrid; drawn by EEVEE alone: {', '.join(others)}")
+    if nodes.feeds_nothing(scene, source):
+        warnings.append(f"the compositor does not use view layer '{source.name}': the ray traced half does not show")
+    if settings.traced_shadows != "OFF" and settings.caustics == "PHOTONS" and settings.mode == "FULL":
+        warnings.append("Photons light what EEVEE draws, and in mode Full it draws nothing: use Simple caustics there")
+    return [*warnings, *eevee_shadows.warnings(scene)]
+
+
+def versions() -> dict[str, str]:
+    """Versions of what took part."""
+    from ...tracer.geometry.embree import embree_version
+
+    return {"blender": bpy.app.version_string, "embree": embree_version(), "platform": platform.platform()}
+
+
+# ------------------------------------------------------------------------------------------------ small parts
+
+
+def _stage(progress: Progress, phase: str, work: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    _going_on(progress, phase)
+    return work(*args, **kwargs)
+
+
+def _going_on(progress: Progress, phase: str) -> None:
+    """Say what is done now; raises Cancelled if it is no longer wanted."""
+    from ...tracer import Cancelled
+
+    if not progress(phase, 0.0):
+        raise Cancelled
+
+
+def border(scene: bpy.types.Scene, resolution: tuple[int, int]) -> Window:
+    """The render border in pixels. Blender multiplies in single precision and truncates (render/intern/pipeline.cc)."""
+    b_render = scene.render
+    width, height = map(np.float32, resolution)
+    low, high = (b_render.border_min_x, b_render.border_min_y), (b_render.border_max_x, b_render.border_max_y)
+    (x0, y0), (x1, y1) = ((int(np.float32(x) * width), int(np.float32(y) * height)) for x, y in (low, high))
+    return (x0, y0, x1, y1)
+
+
+def _window(scene: bpy.types.Scene, resolution: tuple[int, int], size: tuple[int, int]) -> Window:
+    """The part of the frame that Blender asks for, which has the size that it says."""
+    if size == resolution and not scene.render.use_border:
+        return (0, 0, *resolution)
+    x0, y0, _, _ = border(scene, resolution)
+    return (x0, y0, x0 + size[0], y0 + size[1])
+
+
+def _passes(scene: bpy.types.Scene | None) -> dict[str, str]:
+    """Names and channels of the trace scene's passes beside the picture: three always, others if they are wanted."""
+    wanted = sorted(scene.hybrid.passes) if scene else []
+    data = {pass_name(name): CHANNELS.get(name, "X") for name in wanted}
+    return {"Mask": "X", "Residual": "X", retrace.PASS: "RGBA", **data}
+
+
+def pass_name(name: str) -> str:
+    """What Blender calls a pass that the settings or the tracer call `name`."""
+    return name.title().replace("_", "-")
+
+
+def _deliver(target: bpy.types.RenderResult, frame: results.Frame, film: Film) -> None:
+    passes = target.layers[0].passes
+    if frame.raster is not None:
+        passes[retrace.PASS].rect.foreach_set(frame.raster.ravel())
+    # Not `rect = pixels`: that makes a Python number of each, 190 times slower.
+    passes["Combined"].rect.foreach_set(frame.traced.ravel())
+    passes["Mask"].rect.foreach_set(frame.mask.ravel())
+    passes["Residual"].rect.foreach_set(residual(film, frame.mask).ravel())
+    for name, pixels in frame.passes.items():
+        passes[pass_name(name)].rect.foreach_set(pixels.ravel())
+
+
+def residual(film: Film, mask: Float32) -> Float32:
+    """(h, w) throughput that was cut off, of the traced layer."""
+    return film.residual * mask
+
+
+def data_passes(scene: bpy.types.Scene, film: Film, mask: Float32) -> dict[str, Float32]:
+    """The scene's data passes, by name in small letters: (h, w) or (h, w, 3) float32."""
+    found = dict(film.passes)
+    for name in found.keys() & LIGHT_PASSES:
+        found[name] = found[name] * (mask if found[name].ndim == 2 else mask[..., None])
+    if "RESIDUAL" in scene.hybrid.passes:
+        found["residual"] = residual(film, mask)
+    if "SHADOW" in scene.hybrid.passes:
+        found["shadow"] = np.ones((*mask.shape, 3), np.float32) if film.shadow is None else film.shadow
+    return found
+
+
+CLASSES = (HybridTracer,)

@@ -1,0 +1,152 @@
+"""EXR files and Blender's render results to arrays and back. Rows are bottom-up in arrays and top-down in files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...scene import Float32
+from .. import files
+from ..errors import HybridError
+from ..pipeline import evaluated
+from . import main_thread
+
+_CHANNELS = "RGBA"
+RENDER_RESULT = "Render Result"
+
+
+def read_render_result(scene: bpy.types.Scene, check: Callable[[], None] | None = None) -> dict[str, Float32]:
+    """All passes of the scene's finished render as "Layer.Pass" -> (h, w, channels) float32, bottom row first.
+
+    Goes through a multilayer EXR in Blender's temporary folder: the only way that works while the compositor's other
+    scenes are still rendering, in the background and in a window. The user's image settings come back unchanged.
+    check : is called while the main thread is waited for; raises if nobody wants the passes any more.
+    """
+    if RENDER_RESULT not in bpy.data.images:
+        raise HybridError("Blender keeps no render result in this file: render once with F12 and save it")
+
+    def save() -> None:
+        with _multilayer(scene):
+            _save_render(name, scene)
+
+    with files.scratch() as name:
+        main_thread.call(save, check)
+        return read_exr(name)
+
+
+def ensure_render_result() -> None:
+    """Make sure that the image exists through which a render is read.
+
+    A file made from an empty one has none, and `blender -b FILE -f 1` makes it only after its first frame. The render
+    operator makes it before it renders, so here it renders a scene with nothing in it, by our own engine. Not during a
+    render.
+    """
+    if RENDER_RESULT not in bpy.data.images:
+        evaluated.render_nothing()
+
+
+def read_exr(path: str | os.PathLike[str]) -> dict[str, Float32]:
+    """Read a multilayer EXR: "Layer.Pass" -> (h, w, channels) float32, bottom row first, channels as RGBA or XYZ order.
+
+    Blender 4.5 writes one part with all channels and 5.x one part for each pass, so only channel names are trusted.
+    """
+    import OpenImageIO as oiio
+
+    source = oiio.ImageInput.open(os.fspath(path))
+    if source is None:
+        raise HybridError(f"cannot read '{path}': {oiio.geterror()}")
+    planes: dict[str, dict[str, Float32]] = {}
+    try:
+        part = 0
+        while source.seek_subimage(part, 0):
+            spec = source.spec()
+            pixels = np.asarray(source.read_image(part, 0, 0, spec.nchannels, "float"))
+            for index, channel in enumerate(spec.channelnames):
+                owner, _, letter = channel.rpartition(".")
+                planes.setdefault(owner, {})[letter] = pixels[::-1, :, index]
+            part += 1
+    finally:
+        source.close()
+    order = {letter: rank for rank, letter in enumerate("RXVGYBZAW")}
+    return {
+        name: np.ascontiguousarray(
+            np.stack([v for _, v in sorted(c.items(), key=lambda x: order.get(x[0], 99))], axis=-1)
+        )
+        for name, c in planes.items()
+    }
+
+
+def write_exr(path: str | os.PathLike[str], pixels: Float32) -> None:
+    """Write (h, w) or (h, w, 3 or 4) float32, bottom row first, as 32-bit EXR. The file appears whole or not at all."""
+    import OpenImageIO as oiio
+
+    pixels = pixels[..., None] if pixels.ndim == 2 else pixels
+    height, width, channels = pixels.shape
+    spec = oiio.ImageSpec(width, height, channels, "float")
+    spec.channelnames = ("Y",) if channels == 1 else tuple(_CHANNELS[:channels])
+    spec.attribute("compression", "zip")
+    with files.atomic(path) as temporary:
+        output = oiio.ImageOutput.create(temporary)
+        written = output and output.open(temporary, spec) and output.write_image(np.ascontiguousarray(pixels[::-1]))
+        if not (output and written and output.close()):
+            raise HybridError(f"cannot write '{path}': {output.geterror() if output else oiio.geterror()}")
+
+
+def write_render_result(path: str | os.PathLike[str], scene: bpy.types.Scene) -> None:
+    """Save the scene's composite as PNG (view transform applied) or EXR (scene-linear, 32 bit), by the extension."""
+    formats = {
+        ".png": ("PNG", "16" if scene.render.image_settings.color_depth == "16" else "8"),
+        ".exr": ("OPEN_EXR", "32"),
+    }
+    file_format, depth = formats[Path(path).suffix.lower()]
+    with files.atomic(path) as temporary, image_settings(scene, "IMAGE", file_format, depth):
+        _save_render(temporary, scene)
+
+
+def _save_render(path: str, scene: bpy.types.Scene) -> None:
+    try:
+        bpy.data.images[RENDER_RESULT].save_render(path, scene=scene)
+    except RuntimeError as error:
+        raise HybridError(f"cannot write '{path}': {str(error).strip()}") from error
+
+
+@contextmanager
+def image_settings(
+    scene: bpy.types.Scene, media: str, file_format: str, depth: str, codec: str = "ZIP"
+) -> Iterator[None]:
+    """Change the scene's output format for a moment. Writing to settings is allowed inside a render."""
+    settings = scene.render.image_settings
+    names = ["media_type", "file_format", "color_mode", "color_depth", "exr_codec"]
+    before = {name: getattr(settings, name) for name in names if hasattr(settings, name)}
+    wanted = {
+        "media_type": media,
+        "file_format": file_format,
+        "color_mode": "RGBA",
+        "color_depth": depth,
+        "exr_codec": codec,
+    }
+    try:
+        _assign(settings, wanted, before)
+        yield
+    finally:
+        _assign(settings, before, before)
+
+
+def _assign(settings: bpy.types.ImageFormatSettings, values: Mapping[str, str], known: Mapping[str, str]) -> None:
+    for name, value in values.items():  # in this order: a media type limits the formats, a format the depths
+        if name in known and not (name == "exr_codec" and not settings.file_format.startswith("OPEN_EXR")):
+            try:
+                setattr(settings, name, value)
+            except TypeError:  # a depth or mode that the restored format does not have was not in use either
+                continue
+
+
+@contextmanager
+def _multilayer(scene: bpy.types.Scene) -> Iterator[None]:
+    with image_settings(scene, "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER", "32", "NONE"):
+        yield

@@ -1,0 +1,1 @@
+"""Properties, panels, operators, and the words in them."""

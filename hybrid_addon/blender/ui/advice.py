@@ -1,0 +1,147 @@
+"""What needs rays: the list in the Hybrid panel, and the operators that fill it and flag what it suggests."""
+
+# No `from __future__ import annotations` here: Blender reads the properties from the annotations themselves.
+
+import bpy
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_rpt as rpt_
+from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.types import PropertyGroup, WindowManager
+
+from ...report.advice import cost
+from .. import api
+from ..errors import HybridError
+
+
+class HybridAdviceRow(PropertyGroup):
+    """One object: `name` is its name."""
+
+    coverage: FloatProperty(name="Coverage")  # type: ignore[valid-type]
+    why: StringProperty(name="Why")  # type: ignore[valid-type]
+    seconds: FloatProperty(name="Cost")  # type: ignore[valid-type]
+    suggested: BoolProperty(name="Suggested")  # type: ignore[valid-type]
+
+
+class HybridAdvice(PropertyGroup):
+    """`WindowManager.hybrid_advice`: the last answer. It is not of the file: nothing of it is undone, nothing kept."""
+
+    scene: StringProperty()  # type: ignore[valid-type]
+    basis: StringProperty()  # type: ignore[valid-type]
+    build: FloatProperty()  # type: ignore[valid-type]
+    rows: CollectionProperty(type=HybridAdviceRow)  # type: ignore[valid-type]
+    active: IntProperty(name="Active Suggestion")  # type: ignore[valid-type]
+
+    @classmethod
+    def register(cls) -> None:
+        """Attach to bpy.types.WindowManager."""
+        WindowManager.hybrid_advice = PointerProperty(type=cls, options={"SKIP_SAVE"})
+
+    @classmethod
+    def unregister(cls) -> None:
+        """Detach again."""
+        del WindowManager.hybrid_advice
+
+
+class HYBRID_OT_advise(bpy.types.Operator):
+    bl_idname = "hybrid.advise"
+    bl_label = "What Needs Rays?"
+    bl_description = "Find the objects that EEVEE cannot draw, say why, how much they cover and what rays would cost"
+    bl_options = {"REGISTER"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            found = api.advise(context.scene)
+        except HybridError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        advice = context.window_manager.hybrid_advice
+        advice.rows.clear()
+        advice.scene, advice.basis, advice.build = found["scene"], found["basis"], found["build"]
+        for entry in found["objects"]:
+            row = advice.rows.add()
+            row.name, row.why = entry["object"], "\n".join(entry["why"])
+            row.coverage, row.seconds, row.suggested = entry["coverage"], entry["seconds"], entry["suggested"]
+        self.report({"INFO"}, rpt_("{} objects need rays").format(sum(row.suggested for row in advice.rows)))
+        return {"FINISHED"}
+
+
+class HYBRID_OT_flag_advised(bpy.types.Operator):
+    bl_idname = "hybrid.flag_advised"
+    bl_label = "Flag All Suggested"
+    bl_description = "Make all suggested objects ray traced"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        advice = context.window_manager.hybrid_advice
+        return advice.scene == context.scene.name and any(row.suggested for row in advice.rows)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        chosen = [
+            context.scene.objects.get(row.name) for row in context.window_manager.hybrid_advice.rows if row.suggested
+        ]
+        for b_object in chosen:
+            if b_object is not None and b_object.library is None:
+                b_object.hybrid.ray_traced = True
+        return {"FINISHED"}
+
+
+class HYBRID_UL_advice(bpy.types.UIList):
+    """One row: tick it to flag the object."""
+
+    def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property, _index=0, _flt_flag=0):  # type: ignore[no-untyped-def]
+        row = layout.row(align=True)
+        b_object = context.scene.objects.get(item.name)
+        if b_object is None:  # deleted or renamed since
+            row.active = False
+            row.label(text=item.name, icon="GHOST_DISABLED")
+            return
+        row.prop(b_object.hybrid, "ray_traced", text="")
+        split = row.split(factor=0.55)
+        split.label(text=item.name, translate=False)
+        numbers = split.row()
+        numbers.alignment = "RIGHT"
+        numbers.label(text=f"{item.coverage * 100:.1f} %")
+        numbers.label(text=cost({"seconds": item.seconds}))
+
+
+class HYBRID_RENDER_PT_advice(bpy.types.Panel):
+    bl_label = "What Needs Rays?"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    bl_parent_id = "HYBRID_RENDER_PT_settings"
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 1
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        advice = context.window_manager.hybrid_advice
+        layout.operator("hybrid.advise", icon="VIEWZOOM")
+        if advice.scene != context.scene.name:
+            return
+        if not advice.rows:
+            layout.label(text="No object here needs rays", icon="CHECKMARK")
+            layout.label(text="Rough surfaces are left to EEVEE", icon="BLANK1")
+            return
+        layout.template_list("HYBRID_UL_advice", "", advice, "rows", advice, "active", rows=3)
+        column = layout.column(align=True)
+        if 0 <= advice.active < len(advice.rows):
+            for reason in advice.rows[advice.active].why.splitlines():
+                column.label(text=reason[0].upper() + reason[1:], icon="DOT")
+        layout.operator("hybrid.flag_advised", icon="CHECKMARK")
+        total = sum(row.seconds for row in advice.rows)
+        column = layout.column(align=True)
+        text = iface_("All of them: {}, {:.2g} s to build").format(cost({"seconds": total}), advice.build)
+        column.label(text=text, translate=False)
+        column.label(text="An estimate from a coarse picture traced here")
+
+
+CLASSES = (
+    HybridAdviceRow,
+    HybridAdvice,
+    HYBRID_OT_advise,
+    HYBRID_OT_flag_advised,
+    HYBRID_UL_advice,
+    HYBRID_RENDER_PT_advice,
+)

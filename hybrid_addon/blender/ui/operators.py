@@ -1,0 +1,218 @@
+"""Operators: they read the context, call a plain function, and say in one line what happened."""
+
+# No `from __future__ import annotations` here: Blender reads operator properties from the annotations themselves.
+
+from collections.abc import Iterable
+
+import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
+
+from ...presets import QUALITY
+from .. import flags
+from ..api import GEOMETRY, mark
+from ..errors import HybridError
+from ..render import retrace
+
+# name: (reflectivity, opacity, ior, tooltip). IOR of glass and water at 589 nm, 20 C; diamond 2.417.
+PRESETS = {
+    "MIRROR": ("Mirror", 1.0, 1.0, 1.5, "Reflects everything"),
+    "GLASS": ("Glass", 0.0, 0.0, 1.5, "Clear glass: IOR 1.5"),
+    "WATER": ("Water", 0.0, 0.0, 1.333, "Clear water: IOR 1.333"),
+    "DIAMOND": ("Diamond", 0.0, 0.0, 2.417, "Diamond: IOR 2.417"),
+}
+
+
+class HYBRID_OT_surface_preset(bpy.types.Operator):
+    bl_idname = "hybrid.surface_preset"
+    bl_label = "Surface Preset"
+    bl_description = "Make the selected objects ray traced, with the values of a common surface"
+    bl_options = {"REGISTER", "UNDO"}
+
+    preset: bpy.props.EnumProperty(  # type: ignore[valid-type]
+        name="Preset",
+        items=[(key, name, tooltip) for key, (name, *_, tooltip) in PRESETS.items()],
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if context.object is not None and context.object.type in GEOMETRY:
+            return True
+        cls.poll_message_set("Select an object with a surface")
+        return False
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        _, reflectivity, opacity, ior, _ = PRESETS[self.preset]
+        chosen = {context.object, *context.selected_objects}
+        for b_object in chosen:
+            if b_object.type in GEOMETRY and b_object.library is None:
+                mark(b_object, reflectivity=reflectivity, opacity=opacity, ior=ior)
+        return {"FINISHED"}
+
+
+class HYBRID_OT_quality_preset(bpy.types.Operator):
+    bl_idname = "hybrid.quality_preset"
+    bl_label = "Quality Preset"
+    bl_description = "Set everything that makes the picture better or faster together"
+    bl_options = {"REGISTER", "UNDO"}
+
+    preset: bpy.props.EnumProperty(  # type: ignore[valid-type]
+        name="Preset",
+        items=[(key, name, tooltip) for key, (name, tooltip, _) in QUALITY.items()],
+    )
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        for name, value in QUALITY[self.preset][2].values().items():
+            setattr(context.scene.hybrid, name, value)
+        return {"FINISHED"}
+
+
+def _surfaces(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Object]:
+    """Those of the objects that can be ray traced and that this file owns."""
+    return [ob for ob in objects if ob.type in GEOMETRY and ob.library is None]
+
+
+class HYBRID_OT_ray_traced_set(bpy.types.Operator):
+    bl_idname = "hybrid.ray_traced_set"
+    bl_label = "Set Ray Traced"
+    bl_description = "Draw the selected objects with the ray tracer, or with EEVEE again"
+    bl_options = {"REGISTER", "UNDO"}
+
+    ray_traced: bpy.props.BoolProperty(name="Ray Traced", default=True)  # type: ignore[valid-type]
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if _surfaces(context.selected_objects):
+            return True
+        cls.poll_message_set("Select an object with a surface")
+        return False
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        chosen = _surfaces(context.selected_objects)
+        for b_object in chosen:
+            b_object.hybrid.ray_traced = self.ray_traced
+        left_out = len(context.selected_objects) - len(chosen)
+        if left_out:
+            text = rpt_("{} of the selected have no surface or are linked: left as they are")
+            self.report({"INFO"}, text.format(left_out))
+        return {"FINISHED"}
+
+
+class HYBRID_OT_copy_to_selected(bpy.types.Operator):
+    bl_idname = "hybrid.copy_to_selected"
+    bl_label = "Copy Ray Tracing to Selected"
+    bl_description = "Give the selected objects the active object's flag, surface and values"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if context.object is not None and any(ob != context.object for ob in _surfaces(context.selected_objects)):
+            return True
+        cls.poll_message_set("Select objects to copy to, and last the one to copy from")
+        return False
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        source = context.object.hybrid
+        for b_object in _surfaces(context.selected_objects):
+            if b_object != context.object:
+                for name in ("reflectivity", "opacity", "ior", "surface", "ray_traced"):  # a value sets Custom: first
+                    setattr(b_object.hybrid, name, getattr(source, name))
+        return {"FINISHED"}
+
+
+class HYBRID_OT_select_ray_traced(bpy.types.Operator):
+    bl_idname = "hybrid.select_ray_traced"
+    bl_label = "Select All Ray Traced"
+    bl_description = "Select all objects that are ray traced, by themselves or by a collection"
+    bl_options = {"REGISTER", "UNDO"}
+
+    extend: bpy.props.BoolProperty(name="Extend", description="Keep what is selected")  # type: ignore[valid-type]
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        own, count = flags.Flags(context.scene), 0
+        for b_object in context.view_layer.objects:
+            wanted = b_object.type in GEOMETRY and own.is_ray_traced(b_object)
+            if wanted or not self.extend:
+                b_object.select_set(wanted)
+            count += wanted
+        text = rpt_("1 object is ray traced") if count == 1 else rpt_("{} objects are ray traced").format(count)
+        self.report({"INFO"}, text)
+        return {"FINISHED"}
+
+
+class HYBRID_OT_clear_all(bpy.types.Operator):
+    bl_idname = "hybrid.clear_all"
+    bl_label = "Clear All Ray Traced"
+    bl_description = "Let EEVEE draw every object of this scene again: clears the flags of objects and collections"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        flags.clear(context.scene)
+        return {"FINISHED"}
+
+
+class HYBRID_OT_collection_toggle(bpy.types.Operator):
+    bl_idname = "hybrid.collection_toggle"
+    bl_label = "Toggle Ray Traced Collection"
+    bl_description = "Ray trace all objects of the active collection, or none by it"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.collection is not None and context.collection.library is None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        settings = context.collection.hybrid
+        settings.ray_traced = not settings.ray_traced
+        on, off = rpt_("{}: all its objects are ray traced"), rpt_("{}: its objects follow their own flags")
+        self.report({"INFO"}, (on if settings.ray_traced else off).format(context.collection.name))
+        return {"FINISHED"}
+
+
+class HYBRID_OT_retrace(bpy.types.Operator):
+    bl_idname = "hybrid.retrace"
+    bl_label = "Retrace"
+    bl_description = "Trace the ray traced objects again over the last render; EEVEE draws nothing again"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if bpy.app.is_job_running("RENDER"):
+            cls.poll_message_set("A render is running")
+            return False
+        reason = retrace.why_not(context.scene)
+        if reason:
+            cls.poll_message_set(reason[0].upper() + reason[1:])
+        return not reason
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return self._run(context.scene, "EXEC_DEFAULT")
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        return self._run(context.scene, "INVOKE_DEFAULT")
+
+    def _run(self, scene: bpy.types.Scene, how: str) -> set[str]:
+        name, state = scene.name, {"CANCELLED"}
+        try:
+            retrace.begin(scene)
+        except HybridError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        try:
+            state = bpy.ops.render.render(how, scene=name)
+        except RuntimeError as error:
+            self.report({"ERROR"}, str(error).strip())
+        finally:
+            if state != {"RUNNING_MODAL"}:
+                retrace.end(name)
+        return {"FINISHED"} if state in ({"RUNNING_MODAL"}, {"FINISHED"}) else {"CANCELLED"}
+
+
+CLASSES = (
+    HYBRID_OT_surface_preset,
+    HYBRID_OT_quality_preset,
+    HYBRID_OT_ray_traced_set,
+    HYBRID_OT_copy_to_selected,
+    HYBRID_OT_select_ray_traced,
+    HYBRID_OT_clear_all,
+    HYBRID_OT_collection_toggle,
+    HYBRID_OT_retrace,
+)

@@ -1,0 +1,1 @@
+"""Error against run time: renders, errors, the front, and its page."""

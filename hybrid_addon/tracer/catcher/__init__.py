@@ -1,0 +1,1 @@
+"""What ray traced objects do to EEVEE's half: shadows and caustics."""

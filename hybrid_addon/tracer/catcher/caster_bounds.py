@@ -1,0 +1,70 @@
+"""Where the objects are that cast shadows and caustics on the raster: a few balls around the flagged ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene import Float64
+from ..core.constants import CASTER_BALLS
+from ..geometry.triangles import corner_bounds
+from ..prepare.compiled import CompiledScene
+
+Numbers = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class Casters:
+    """Flagged primitives that cast shadows, and a ball around them: center (3,), radius, members (m,)."""
+
+    center: Float64
+    radius: float
+    members: Numbers
+
+
+def find_casters(scene: CompiledScene) -> list[Casters]:
+    """At most CASTER_BALLS groups that hold every flagged primitive that casts a shadow, each once.
+
+    The largest is halved along its longest side, again and again, where two balls fill less of a light's view than the
+    one. A plane's ball is infinite.
+    """
+    g = scene.geometry
+    members = np.flatnonzero(g.shadow & g.ray_traced & ~scene.surfaces.shadow_clear[g.surface])
+    nt, ns = g.triangle_count, g.sphere_count
+    planes, members = members[members >= nt + ns], members[members < nt + ns]
+    low, high = np.empty((len(members), 3)), np.empty((len(members), 3))
+    flat = members < nt
+    low[flat], high[flat] = corner_bounds(g.vertices, g.triangles[members[flat]])
+    ball = members[~flat] - nt
+    low[~flat] = g.sphere_center[ball] - g.sphere_radius[ball, None]
+    high[~flat] = g.sphere_center[ball] + g.sphere_radius[ball, None]
+    open_, found = [_Boxes(low, high, members)] if len(members) else [], list[_Boxes]()
+    while open_ and len(open_) + len(found) < CASTER_BALLS:
+        largest = open_.pop(int(np.argmax([boxes.radius for boxes in open_])))
+        halves = largest.halves()
+        if sum(half.radius**2 for half in halves) < largest.radius**2:
+            open_ += halves
+        else:
+            found.append(largest)
+    casters = [Casters(boxes.center, boxes.radius, boxes.members) for boxes in (*found, *open_)]
+    return casters + ([Casters(np.zeros(3), np.inf, planes)] if len(planes) else [])
+
+
+class _Boxes:
+    """Boxes low, high (m, 3) of primitives, and the ball around them all."""
+
+    def __init__(self, low: Float64, high: Float64, members: Numbers) -> None:
+        self.low, self.high, self.members = low, high, members
+        self.bottom, self.top = low.min(axis=0), high.max(axis=0)
+        self.center, self.radius = (self.bottom + self.top) / 2, float(np.linalg.norm(self.top - self.bottom) / 2)
+
+    def halves(self) -> list[_Boxes]:
+        """By the middles of the boxes along the longest side, as many in either; a single box stays whole."""
+        if len(self.members) < 2:
+            return [self]
+        axis = int(np.argmax(self.top - self.bottom))
+        order = np.argsort(self.low[:, axis] + self.high[:, axis], kind="stable")
+        parts = (order[: len(order) // 2], order[len(order) // 2 :])
+        return [_Boxes(self.low[part], self.high[part], self.members[part]) for part in parts]

@@ -1,0 +1,183 @@
+"""The shadows that flagged objects cast on everything else: what the rasteriser's picture of that has to lose.
+
+The rasteriser draws without them. So what it draws is traced twice, once as it is and once with these shadows, and the
+quotient of the two pictures is what they leave over: exactly 1 where both agree. Whatever the tracer does for local
+shading holds here too: coloured shadows through glass, lights with a size, light of the world, which nothing takes
+away, and points that are in another object's shadow already. Both pictures take the same samples, so the quotient has
+less noise than either.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene import AreaLight, Float32, Float64, SunLight
+from ..core.camera import generate_rays
+from ..core.constants import REACH_MARGIN
+from ..core.rays import traceable
+from ..core.stats import Tally
+from ..core.vectors import dot
+from ..emitters.lights import CompiledLight, disk_of_ball
+from ..film.filter import grow
+from ..film.pixels import Totals
+from ..parallel.pool import workers, zeros_for
+from ..prepare.compiled import CompiledScene
+from ..sampling.passes import Pass, Passes, Pixels, Progress
+from ..sampling.strips import strips_of
+from .caster_bounds import Casters, find_casters
+
+Bools = NDArray[np.bool_]
+
+BAND = 1 << 16
+"""Pixels that are looked at at once."""
+
+BUDGET_SHARE = 0.5
+"""Against a deadline the shadows on the raster take no more samples after this share of the time."""
+
+
+def raster_shadow(
+    scene: CompiledScene, mask: Float32 | None, tally: Tally, deadline: float, report: Progress
+) -> Float32:
+    """`Film.shadow` (h, w, 3): light with the shadows of flagged objects over light without; 1 within the mask.
+
+    mask   : (h, w) coverage of the flagged objects; None: unknown.
+    report : called now and then; may raise to stop.
+    """
+    x0, y0, x1, y1 = scene.camera.window
+    n = (x1 - x0) * (y1 - y0)
+    pixels = np.arange(n) if mask is None else np.flatnonzero(np.asarray(mask).reshape(-1) < 1)
+    views = [scene.raster_view(shadowed) for shadowed in (True, False)]
+    pixels = _concerned(views[0], pixels, tally)
+    result = np.ones((n, 3), np.float32)
+    if len(pixels):
+        wanted = np.zeros(n, bool)
+        wanted[pixels] = True
+        rows, parts, now = wanted.reshape(y1 - y0, x1 - x0), [], time.perf_counter()
+        enough = now + BUDGET_SHARE * (deadline - now)
+        for strip in strips_of(x1 - x0, y1 - y0, rows):
+            until = strip.deadline(enough, time.perf_counter())
+            parts.append(_trace(views, scene, rows, strip.rows, tally, until, report))
+        shadowed, plain = (np.concatenate(of_view, axis=1) for of_view in zip(*parts, strict=True))
+        with np.errstate(all="ignore"):
+            share = np.where(shadowed == plain, np.float32(1), shadowed / plain)
+        result[pixels] = np.where(np.isfinite(share), share, np.float32(1)).T
+    return result.reshape(y1 - y0, x1 - x0, 3)
+
+
+def _trace(
+    views: list[CompiledScene],
+    scene: CompiledScene,
+    wanted: Bools,
+    rows: slice,
+    tally: Tally,
+    deadline: float,
+    report: Progress,
+) -> list[Float32]:
+    """Radiance (3, m) of the wanted pixels (h, w) of some rows in both views, with the same samples: all that there is
+    time for."""
+    samples = scene.settings.samples
+    both = [Passes(view, report, wanted, rows) for view in views]
+    for passes in both:
+        passes.totals = Totals.zeros(passes.grid, passes.filter, False, zeros=zeros_for(scene.settings))
+    pixels = np.arange(len(both[0].grid))
+    taken, count = 0, samples if deadline == math.inf else 1
+    with both[0], both[1]:
+        while taken < samples:
+            for number, passes in enumerate(both):
+                # Samples that see a flagged object do not count: the raster shows none there.
+                work = Pass(taken, count, scene.seen_by_camera, samples > 1)
+                span = [(taken + count * (number + end) / 2) / samples for end in (0, 1)]
+                passes.run(pixels, work, (span[0], span[1]))
+            taken += count
+            count = min(taken, samples - taken)
+            if time.perf_counter() > deadline:
+                break
+    for passes in both:
+        tally.merge(passes.tally)
+    inside = both[0].grid.inside()
+    return [passes.totals.mean(inside) for passes in both]
+
+
+# ------------------------------------------------------------------------------------------------ which pixels
+
+
+def _concerned(view: CompiledScene, pixels: Pixels, tally: Tally) -> Pixels:
+    """The pixels (m,) on which a shadow may lie: those whose centre shows a place that one can reach, and around them.
+
+    Places that are told by balls around the casters; a filter's radius around them, for the samples of a pixel are
+    spread. What mirrors or lets through shows other places, and always counts.
+    """
+    if view.camera.lens is not None:
+        return pixels  # out of focus a pixel shows places from far around its centre
+    x0, y0, x1, y1 = view.camera.window
+    casters = find_casters(view)
+    reached = np.zeros((y1 - y0) * (x1 - x0), bool)
+
+    def look(start: int) -> tuple[Pixels, Tally]:
+        band = pixels[start : start + BAND]
+        counted = Tally()
+        with np.errstate(all="ignore"):
+            return band[_may_be_shadowed(view, band, casters, counted)], counted
+
+    with ThreadPoolExecutor(workers(view.settings)) as pool:
+        for found, counted in pool.map(look, range(0, len(pixels), BAND)):
+            reached[found] = True
+            tally.merge(counted)
+    around = math.ceil(view.settings.filter_radius) + 1 if view.settings.samples > 1 else 0
+    grown = grow(reached.reshape(y1 - y0, x1 - x0), around).reshape(-1)
+    return pixels[grown[pixels]]
+
+
+def _may_be_shadowed(view: CompiledScene, band: Pixels, casters: list[Casters], tally: Tally) -> Bools:
+    """Which pixels (m,) show, at their centres, places where a shadow may lie."""
+    x0, y0, x1, _ = view.camera.window
+    geometry, table = view.geometry, view.surfaces
+    x, y = (np.asarray(place + 0.5, np.float64) for place in (x0 + band % (x1 - x0), y0 + band // (x1 - x0)))
+    origin, direction, t_max = generate_rays(view.camera, x, y, geometry.center, geometry.bounds_radius)
+    result = np.zeros(len(band), bool)
+    sound = np.flatnonzero(traceable(origin, direction))
+    origin, direction = origin[:, sound], direction[:, sound].astype(np.float32, copy=False)
+    hits = view.seen_by_camera.nearest(origin, direction, tally)
+    hit = np.flatnonzero((hits.prim >= 0) & ~(hits.t > t_max[sound]))
+    surface = geometry.surface.take(hits.prim[hit])
+    point = origin[:, hit] + direction[:, hit] * hits.t[hit]
+    found = table.reflects.take(surface) | table.transmits.take(surface)
+    for light in view.lights:
+        if light.light.cast_shadow:
+            for group in casters:
+                found |= ball_between(light, point, group.center, group.radius)
+    result[sound[hit]] = found
+    return result
+
+
+def ball_between(light: CompiledLight, point: Float64, center: Float64, radius: float) -> Bools:
+    """Whether a ball may lie between points (3, n) and any point of a light; in doubt it does."""
+    place = light.position.astype(np.float64)
+    toward: Float64 = place if isinstance(light.light, SunLight) else place - point
+    away = center[:, None] - point
+    margin = REACH_MARGIN * (np.abs(point).max(axis=0) + np.abs(place).max() + np.abs(center).max())
+    # Nearest to the ball's centre on the way to the light's centre; any other way leaves that one by `spread` at most.
+    t = np.maximum(dot(away, toward) / np.maximum(dot(toward, toward) + np.zeros_like(away[0]), 1e-300), 0.0)
+    if isinstance(light.light, SunLight):
+        spread = np.tan(light.light.angle / 2) * (t + radius)
+    else:
+        t = np.minimum(t, 1.0)
+        spread = np.broadcast_to(_half_size(light, toward), t.shape)
+    gap = away - toward * t
+    return np.asarray(dot(gap, gap) <= (radius + spread + margin) ** 2)
+
+
+def _half_size(light: CompiledLight, toward: Float64) -> Float64 | float:
+    """How far the points of a light lie from its centre at most, seen along `toward` (3, n)."""
+    if isinstance(light.light, AreaLight):
+        return float(np.linalg.norm(light.light.axis_u) + np.linalg.norm(light.light.axis_v))
+    assert not isinstance(light.light, SunLight)
+    radius = light.light.radius
+    if light.light.soft_falloff or radius == 0:
+        return radius
+    return disk_of_ball(radius, dot(toward, toward))

@@ -1,0 +1,1 @@
+"""Vectors, constants, rays, cameras, random numbers, counters, and the cache that leaves one frame to the next."""

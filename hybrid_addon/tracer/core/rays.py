@@ -1,0 +1,135 @@
+"""What a ray carries through the wave loop, and where new rays start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene import Float32, Float64
+from .constants import MISS, ORIGIN_OFFSET
+from .vectors import Array, Index, largest_component, take
+
+NO_BRANCH, REFLECTION, REFRACTION = np.uint8(0), np.uint8(1), np.uint8(2)
+
+CAMERA_RAY, REFLECTED_RAY, TRANSMITTED_RAY = np.uint8(0), np.uint8(1), np.uint8(2)
+"""Kinds of rays: by what bent them last."""
+
+
+UNLIMITED = np.float32(np.inf)
+"""A ray's t_max where nothing ends it."""
+
+
+@dataclass(eq=False)
+class Rays:
+    """A wave of n rays.
+
+    origin, direction : (3, n) float32; these float32 values *are* the ray. direction is unit length; those of camera
+                        rays of a very wide lens are float64, and refine what the rounded ray hits.
+    throughput        : (3, n) float32, what one unit of radiance found by this ray adds to its sample, per channel.
+    sample            : (n,) intp, the sample it adds to, as a number within the portion.
+    depth             : (n,) int16, bounces so far.
+    passes            : (n,) int16, index-matched surfaces passed unbent so far; they do not count as bounces.
+    t_max             : (n,) float32, camera clip end for camera rays, else inf.
+    media             : (rows, n) int32, ranks of the solids that the ray is inside of (see `media`).
+    path              : (rows, n) uint32, which reflections and refractions led here (see `signature`, `sampler`), or no
+                        rows.
+    kind              : (n,) uint8, what bent it last; CAMERA_RAY: it has at most passed straight through surfaces.
+    unlit             : (n,) bool, the light of lamps that comes this way is in the highlight of a surface that it left.
+    receiver          : (rows, n) int32, the primitive that bent it last, whose light it brings; or no rows, where all
+                        lamps light everything.
+    branch            : (rows, n) uint8, how it left the first surface: NO_BRANCH for camera rays, REFLECTION or
+                        REFRACTION (straight through included); or no rows.
+    """
+
+    origin: Float32
+    direction: Array
+    throughput: Float32
+    sample: NDArray[np.intp]
+    depth: NDArray[np.int16]
+    passes: NDArray[np.int16]
+    t_max: Float32
+    media: NDArray[np.int32]
+    kind: NDArray[np.uint8]
+    unlit: NDArray[np.bool_]
+    receiver: NDArray[np.int32]
+    path: NDArray[np.uint32]
+    branch: NDArray[np.uint8]
+
+    @property
+    def camera(self) -> NDArray[np.bool_]:
+        """(n,) bool, still a camera ray."""
+        return self.kind == CAMERA_RAY
+
+    def __len__(self) -> int:
+        return self.origin.shape[1]
+
+    def take(self, index: Index) -> Rays:
+        """The rays `index`, in that order."""
+        if isinstance(index, slice) and index == slice(None):
+            return self
+        return Rays(*(take(getattr(self, name), index) for name in FIELDS))
+
+
+FIELDS = (
+    "origin", "direction", "throughput", "sample", "depth", "passes", "t_max", "media", "kind", "unlit", "receiver",
+    "path", "branch",
+)  # fmt: skip
+
+
+def concatenate(waves: list[Rays]) -> Rays:
+    """One wave out of several, in order: a sample's rays keep their order whatever else is in the wave."""
+    waves = [w for w in waves if len(w)] or waves[:1]
+    if len(waves) == 1:
+        return waves[0]
+    return Rays(*(np.concatenate([getattr(w, name) for w in waves], axis=-1) for name in FIELDS))
+
+
+def camera_rays(
+    origin: Float32,
+    direction: Array,
+    t_max: Float32,
+    sample: NDArray[np.intp],
+    media: NDArray[np.int32] | None = None,
+    signed: bool = False,
+    branched: bool = False,
+    linked: bool = False,
+) -> Rays:
+    """The first wave. signed, branched, linked: paths, branches and receivers are asked for."""
+    n = origin.shape[1]
+    path = np.zeros((int(signed), n), np.uint32)
+    media = np.zeros((0, n), np.int32) if media is None else media
+    none = np.zeros(n, np.int16)
+    branch = np.full((int(branched), n), NO_BRANCH)
+    kind, receiver = np.full(n, CAMERA_RAY), np.full((int(linked), n), MISS)
+    return Rays(
+        origin, direction, np.ones((3, n), np.float32), sample, none, none, t_max, media, kind, np.zeros(n, bool),
+        receiver, path, branch,
+    )  # fmt: skip
+
+
+def origin_offset(point: Float32, extent: Float32) -> Float32:
+    """How far (n,) from its surface a new ray must start.
+
+    extent : (n,) largest |coordinate| of the primitive, the scale of Embree's error in its plane.
+    """
+    return np.float32(ORIGIN_OFFSET) * np.maximum(extent, largest_component(point))
+
+
+def offset_origin(point: Float64, normal: Array, offset: Float32) -> Float32:
+    """Move points (3, n) by `offset` (n,) along unit normals (3, n) and round to float32 (see ORIGIN_OFFSET)."""
+    moved = normal * offset
+    moved += point
+    return moved.astype(np.float32)
+
+
+def traceable(origin: Float32, direction: Float32) -> NDArray[np.bool_]:
+    """Which rays may be sent: finite origins, finite directions that are not 0.
+
+    The sum of squares is finite and positive exactly for usable directions; 0 * origin is 0 exactly for finite ones.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        probe = (origin[0] + origin[1] + origin[2]) * 0
+        probe += direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]
+        return (probe > 0) & (probe < UNLIMITED)

@@ -1,0 +1,1 @@
+"""What light comes from: lamps, the world, and EEVEE's own pixels."""

@@ -1,0 +1,343 @@
+"""What all passes together found for each pixel, and what it gives to the pixels around it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene import Float32, Float64
+from ..core.constants import HALVES_TO_ERROR, SAMPLING_SLOPE
+from ..core.vectors import Index, as_slice, evenly, flatnonzero, take, write
+from ..parallel.pool import Zeros
+from .filter import Grid, PixelFilter
+from .samples import LIGHT_PASSES, Sums
+
+Bools = NDArray[np.bool_]
+Pixels = NDArray[np.intp]
+Source = tuple[Index, NDArray[np.int32]]
+
+RADIANCE, SEEN, RESIDUAL, OWN = slice(0, 3), 3, 4, slice(0, 4)
+"""Rows of `Totals.given`; those of light passes follow."""
+
+BAND = 1 << 16
+"""Pixels that are gathered at once."""
+
+GIVEN_AT_ONCE = 1 << 13
+"""Pixels whose samples are weighed at once: they stay in a core's cache."""
+
+ESTIMATED = 1 << 14
+"""An error is estimated from about so many pixels, evenly chosen: to a percent of itself."""
+
+
+@dataclass(eq=False)
+class Totals:
+    """Sums over the samples of the n pixels of a grid so far.
+
+    Every pixel holds what it gives: sums of its own samples under the k weights of the filter. What a pixel gets is
+    gathered at the end, when all numbers of samples are known. So no one writes to another's pixel, and pixels with few
+    samples count for their neighbours as much as those with many.
+
+    given    : (k, c, n) float32; the rows are RADIANCE, SEEN (samples that count), RESIDUAL (throughput cut off) and
+               the light passes. Each is summed sample by sample in their order: however passes cut them up, the bits
+               are the same.
+    rows     : of the light passes, by name (see `Sums.parts`).
+    samples  : (n,) int32, camera samples taken.
+    variance : (n,) float32, estimate of the squared error of the own mean, over the channels; NaN where unknown.
+    apart    : (n,) float32, contrast between the means of the first and the second half of the own samples.
+    signature, uneven, low, high : of the samples of signed passes, where adaptive sampling asks: the signature (n,) of
+               the first, whether others differ from it (n,), and the extremes (3, n) float32 of those that count.
+    """
+
+    grid: Grid
+    filter: PixelFilter
+    given: Float32
+    rows: dict[str, slice]
+    samples: NDArray[np.int32]
+    variance: Float32
+    apart: Float32 | None
+    signature: NDArray[np.uint32] | None
+    uneven: Bools | None
+    low: Float32 | None
+    high: Float32 | None
+
+    @classmethod
+    def zeros(
+        cls, grid: Grid, pixel_filter: PixelFilter, signed: bool, parts: Iterable[str] = (), zeros: Zeros = np.zeros
+    ) -> Totals:
+        """Nothing yet.
+
+        signed : room for what adaptive sampling asks.   parts : light passes that are wanted.
+        zeros  : of those that fill it, `crew.zeros_for`.
+        """
+        n, c, rows = len(grid), RESIDUAL + 1, {}
+        for name in parts:
+            rows[name] = slice(c, c + LIGHT_PASSES[name])
+            c += LIGHT_PASSES[name]
+        totals = cls(
+            grid,
+            pixel_filter,
+            zeros((len(pixel_filter.offsets), c, n), np.float32),
+            rows,
+            zeros((n,), np.int32),
+            zeros((n,), np.float32),
+            zeros((n,), np.float32) if signed else None,
+            zeros((n,), np.uint32) if signed else None,
+            zeros((n,), bool) if signed else None,
+            zeros((3, n), np.float32) if signed else None,
+            zeros((3, n), np.float32) if signed else None,
+        )
+        totals.variance.fill(np.nan)
+        if totals.low is not None:
+            totals.low.fill(np.inf)
+        return totals
+
+    # ------------------------------------------------------------------------------------------------ adding
+
+    def add(self, pixels: Pixels, sums: Sums, first: int) -> None:
+        """Add samples first, first + 1, ... of some pixels (m,), each once."""
+        count = sums.count
+        weights = self.filter.weights(first, count)
+        for start in range(0, len(pixels), GIVEN_AT_ONCE):
+            band = pixels[start : start + GIVEN_AT_ONCE]
+            m, of_band = len(band), slice(start * count, (start + GIVEN_AT_ONCE) * count)
+            values = np.empty((count, self.given.shape[1], m), np.float32)
+            values[:, RADIANCE] = sums.radiance[:, of_band].reshape(3, m, count).transpose(2, 0, 1)
+            values[:, SEEN] = sums.seen[of_band].reshape(m, count).T
+            values[:, RESIDUAL] = sums.residual[of_band].reshape(m, count).T
+            for name, rows in self.rows.items():
+                values[:, rows] = sums.parts[name][:, of_band].reshape(-1, m, count).transpose(2, 0, 1)
+            if sums.signatures is not None:
+                self._compare(band, values[:, OWN], sums.signatures.values[of_band].reshape(m, count))
+            self._give(band, values, weights, first)
+        self.samples[pixels] += count
+
+    def _give(self, pixels: Pixels, values: Float32, weights: Float32, first: int) -> None:
+        """Add values (count, c, m) under the weights (k, count), and see how far their halves differ."""
+        where, count = as_slice(pixels), len(values)
+        given = np.zeros((len(self.given), *values.shape[1:]), np.float32) if first == 0 else self.given[:, :, where]
+        # What is no number stays in its own pixel.
+        sound = values
+        if not np.isfinite(values).all():
+            sound = np.where(np.isfinite(values).all(axis=1, keepdims=True), values, np.float32(0))
+        middle = (first + count) // 2 - first  # the first sample of the second half
+        second = np.zeros((4, values.shape[2]), np.float32)
+        half, product = second, np.empty_like(values[0])
+        for s in range(count):
+            if s == middle:
+                half = given[0, OWN].copy()
+            for k in np.flatnonzero(weights[:, s]).tolist():
+                np.multiply(values[s] if k == 0 else sound[s], weights[k, s], out=product)
+                given[k] += product
+                if k == 0 and s >= middle:
+                    second += product[OWN]
+        if first == 0 or not isinstance(where, slice):
+            write(self.given.reshape(-1, self.given.shape[-1]), where, given.reshape(-1, given.shape[-1]))
+        if middle >= 0 and first + count > 1:
+            self._estimate(where, half, second)
+        else:
+            self.variance[where] *= np.float32((first / (first + count)) ** (-2 * SAMPLING_SLOPE))
+
+    def _estimate(self, where: Pixels | slice, first: Float32, second: Float32) -> None:
+        """Estimate the variance of own means from halves (4, m) of radiance and samples seen."""
+        a, b = first[RADIANCE] / first[SEEN], second[RADIANCE] / second[SEEN]
+        difference = (a - b).astype(np.float64)
+        variance = ((difference * difference).mean(axis=0) * HALVES_TO_ERROR).astype(np.float32)
+        self.variance[where] = np.where(np.isfinite(variance), variance, self.variance[where])
+        if self.apart is not None:
+            self.apart[where] = np.nan_to_num(contrast(a, b).max(axis=0))
+
+    def _compare(self, pixels: Pixels, values: Float32, signature: NDArray[np.uint32]) -> None:
+        """Note where signatures (m, count) differ among all samples so far, and how far their values spread."""
+        assert self.signature is not None
+        assert self.uneven is not None
+        assert self.low is not None
+        assert self.high is not None
+        first = np.where(self.samples[pixels] == 0, signature[:, 0], self.signature[pixels])
+        self.signature[pixels] = first
+        self.uneven[pixels] |= (signature != first[:, None]).any(axis=1)
+        radiance, counts = values[:, RADIANCE], values[:, SEEN, None] > 0
+        low = np.where(counts, radiance, np.float32(np.inf)).min(axis=0)
+        high = np.where(counts, radiance, np.float32(0)).max(axis=0)
+        self.low[:, pixels] = np.minimum(self.low[:, pixels], low)
+        self.high[:, pixels] = np.maximum(self.high[:, pixels], high)
+
+    # ------------------------------------------------------------------------------------------------ gathering
+
+    def spread(self) -> Float32:
+        """Largest contrast (n,) over the channels among the samples of signed passes that count."""
+        assert self.low is not None
+        assert self.high is not None
+        return contrast(np.minimum(self.low, self.high), self.high).max(axis=0)
+
+    def mean(self, pixels: Pixels) -> Float32:
+        """(3, m) radiance of pixels: the filtered mean over the samples that count; 0 where none does."""
+
+        def mean(band: Pixels) -> Float32:
+            sums = self._gathered(self._sources(band), OWN)
+            return _quotient(sums[RADIANCE], sums[SEEN])
+
+        return _in_bands(mean, pixels)
+
+    def own_mean(self, pixels: Pixels) -> Float32:
+        """The same of the pixels' own samples alone."""
+        own = self.given[0, OWN][:, pixels]
+        return _quotient(own[RADIANCE], own[SEEN])
+
+    def developed(self, pixels: Pixels) -> tuple[Float32, Float32, dict[str, Float32], Float32]:
+        """Of pixels (m,), all in the same mean: radiance (3, m), residual (m,), light passes and coverage (m,).
+
+        Light passes are 0 where they are not finite. Coverage is the share of the samples that count.
+        """
+        sources = self._sources(pixels)
+        sums, taken = self._gathered(sources, slice(None)), self._all_seen(sources)
+        seen = _or_one(sums[SEEN])
+        with np.errstate(all="ignore"):
+            light, lost = sums[RADIANCE] / seen, sums[RESIDUAL] / seen
+            parts = {name: np.nan_to_num(sums[rows] / seen, posinf=0, neginf=0) for name, rows in self.rows.items()}
+            covered = sums[SEEN] / _or_one(taken)
+        in_float32 = {name: part.astype(np.float32) for name, part in parts.items()}
+        return light.astype(np.float32), lost.astype(np.float32), in_float32, covered.astype(np.float32)
+
+    def seen(self, pixels: Pixels) -> Bools:
+        """Whether any sample counts for pixels (m,)."""
+        found = take(self.given[0, SEEN], as_slice(pixels)) > 0
+        left = flatnonzero(~found)
+        for plane, (source, taken) in zip(self.given, self._sources(pixels[left]), strict=True):
+            found[left] |= (take(plane[SEEN], source) > 0) & (taken > 0)
+        return found
+
+    def variance_of_mean(self, pixels: Pixels) -> Float32:
+        """Squared error (m,) to expect of the means of some pixels (m,); NaN where unknown."""
+        total, known = np.zeros(len(pixels)), np.zeros(len(pixels))
+        for share, offset in zip(self.filter.shares(), self.filter.offsets, strict=True):
+            source = self.grid.neighbours(pixels, offset)
+            variance = self.variance.take(source, mode="wrap")
+            there = np.isfinite(variance) & (source >= 0)
+            variance[~there] = 0
+            total += share**2 * variance
+            known += share * there
+        with np.errstate(all="ignore"):
+            return np.asarray((total / known**2).astype(np.float32))
+
+    def beside_neighbours(self, weight: Float32 | None) -> Float32:
+        """How far the mean of each of the n pixels is from that of the one beside, above or below it that differs most.
+
+        weight : (n,), the pixel's share of the picture; None: 1.
+        """
+        everything = np.arange(len(self.grid))
+        mean, apart = self.mean(everything), np.zeros(len(self.grid), np.float32)
+        for offset in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            there = self.grid.neighbours(everything, offset)
+            step = np.abs(mean - mean.take(there, axis=1, mode="wrap")).max(axis=0)
+            np.maximum(apart, step, out=apart, where=there >= 0)
+        return apart if weight is None else apart * weight
+
+    def _gathered(self, sources: list[Source], rows: slice) -> Float64:
+        """(c, m): what pixels get from themselves and from those around them, each weighed by its number of samples."""
+        shares = 1 / np.maximum(np.arange(_most(sources) + 1), 1)  # by the number of samples
+        shares[0] = 0
+        result = np.zeros((len(self.given[0, rows]), len(sources[0][1])))
+        for plane, (source, taken) in zip(self.given, sources, strict=True):
+            share = shares.take(taken)
+            for row, values in zip(result, plane[rows], strict=True):
+                # All numbers of pixels are valid: "wrap" need not look for others.
+                given = values[source] if isinstance(source, slice) else values.take(source, mode="wrap")
+                row += given * share
+        return result
+
+    def _all_seen(self, sources: list[Source]) -> Float64:
+        """(m,): what SEEN would be if all samples counted."""
+        most = _most(sources)
+        means = np.zeros((len(self.filter.offsets), most + 1))
+        np.cumsum(self.filter.weights(0, most), axis=1, out=means[:, 1:])
+        means[:, 1:] /= np.arange(1, most + 1)
+        result = np.zeros(len(sources[0][1]))
+        for table, (_, taken) in zip(means, sources, strict=True):
+            result += table.take(taken)
+        return result
+
+    def _sources(self, pixels: Pixels) -> list[Source]:
+        """For each offset of the filter, the pixels (m,) that give to `pixels` over it, and how many samples they have:
+        0 where there is none."""
+        found: list[Source] = []
+        for offset in self.filter.offsets:
+            number = pixels if offset == (0, 0) else self.grid.neighbours(pixels, offset)
+            there = number >= 0
+            source = self._consecutive(number, there)
+            found.append((source, take(self.samples, source) * there))
+        return found
+
+    def _consecutive(self, number: NDArray[Any], there: Bools) -> Index:
+        """Numbers (m,) of pixels as a slice if they are consecutive where they are `there` (m,): others do not count.
+
+        So those of a full picture are, but for the ends of its rows.
+        """
+        if len(number) == 0:
+            return number
+        first = int(np.argmax(there))
+        start = int(number[first]) - first
+        if start < 0 or start + len(number) > len(self.samples):
+            return number
+        wanted = np.arange(start, start + len(number), dtype=number.dtype)
+        return slice(start, start + len(number)) if ((number == wanted) | ~there).all() else number
+
+
+def _in_bands(work: Callable[[Pixels], NDArray[Any]], pixels: Pixels) -> NDArray[Any]:
+    """What `work` gives of pixels (m,), (..., m): some of them after the others, or it would need much memory."""
+    return np.concatenate([work(pixels[i : i + BAND]) for i in range(0, max(len(pixels), 1), BAND)], axis=-1)
+
+
+def _quotient(sums: NDArray, seen: NDArray) -> Float32:
+    """Sums (..., m) over seen (m,); 0 where that is 0."""
+    with np.errstate(all="ignore"):
+        return np.asarray((sums / _or_one(seen)).astype(np.float32))
+
+
+def _most(sources: list[Source]) -> int:
+    """Samples of any pixel."""
+    return max(int(np.max(taken, initial=0)) for _, taken in sources)
+
+
+def _or_one(a: NDArray) -> NDArray:
+    """(m,): what is not positive, 1."""
+    return np.where(a > 0, a, 1)
+
+
+def neighbours_rmse(
+    mean: Callable[[Pixels], Float32], grid: Grid, traced: Bools, weight: Float32 | None
+) -> float | None:
+    """Error to expect of n pixels with one sample or none, from how far neighbours differ; None: nobody knows.
+
+    A sample is half as far, squared, from the mean that it stands for as from its neighbour's; a pixel that copies a
+    neighbour is as far as that is. Where a picture has detail of its own this is more than the error.
+
+    mean : gives (3, m) of pixels.   traced : (n,) with a sample.   weight : (n,), the pixel's share; None: 1.
+    """
+    known, step = evenly(traced, ESTIMATED), 1
+    while step < max(grid.size):
+        squared, pairs = 0.0, 0
+        for offset in ((step, 0), (0, step)):
+            there = grid.beside(known, offset)
+            both = (there >= 0) & traced[there]
+            here, next_to = known[both], there[both].astype(np.intp)
+            with np.errstate(all="ignore"):  # of infinities
+                apart = np.subtract(mean(here), mean(next_to), dtype=np.float64)
+                if weight is not None:
+                    apart *= weight[here]
+                squared += float((apart * apart).mean(axis=0).sum())
+            pairs += len(here)
+        if pairs:
+            own_share = np.count_nonzero(traced) / len(traced)
+            return float(np.sqrt(squared / pairs * (own_share / 2 + 1 - own_share)))
+        step *= 2
+    return None
+
+
+def contrast(a: Float32, b: Float32) -> Float32:
+    """|a - b| / (a + b), Michelson's; 0 between blacks."""
+    both = a + b
+    return np.asarray(np.abs(a - b) / np.where(both > 0, both, np.float32(1)))

@@ -1,0 +1,294 @@
+"""Who sees what: sets of primitives that a kind of ray can hit, and the two questions asked of them.
+
+A set puts an Embree scene and the analytic shapes together. Tie rule: at equal t triangles win over spheres, spheres
+over planes, and the lower primitive number wins (among triangles Embree decides).
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene import Float32, Float64, Int32
+from ..core.cache import Kept
+from ..core.constants import (
+    BARYCENTRIC_SLACK,
+    FLOAT32_ULP,
+    GRAZING_COSINE,
+    MAX_HIDDEN_FACES,
+    MAX_RETRACES,
+    MISS,
+    RETRACE_GROWTH,
+    RETRACE_STEP,
+)
+from ..core.rays import offset_origin, origin_offset
+from ..core.stats import Tally
+from ..core.vectors import ALL, Array, Index, dot, flatnonzero, largest_component, take
+from .flatten import Geometry
+from .shapes import onto_sphere, plane_distance, sphere_distance
+from .trees import trees_over
+
+Bools = NDArray[np.bool_]
+
+SPARSE = 0.5
+"""Below this share of hits, compacting them first is faster than working on all rays; it changes no bit."""
+
+
+@dataclass(eq=False)
+class Hits:
+    """The nearest hit of each of n rays.
+
+    prim   : (n,) int32, MISS for none.
+    t      : (n,) float64 from the exact float32 geometry, inf for none.
+    normal : (3, n) float32, unit geometric normal on the outer side of the primitive; meaningless for misses.
+    toward : (n,) float64, normal . direction: negative where the ray comes from outside.
+    """
+
+    prim: Int32
+    t: Float64
+    normal: Float32
+    toward: Float64
+
+    def take(self, index: Index) -> Hits:
+        """The hits `index`, in that order."""
+        if isinstance(index, slice) and index == ALL:
+            return self
+        return Hits(take(self.prim, index), take(self.t, index), take(self.normal, index), take(self.toward, index))
+
+
+class PrimitiveSet:
+    """The primitives `members` (np,) bool of a geometry, ready for queries."""
+
+    def __init__(self, geometry: Geometry, members: Bools, kept: Kept | None = None, divided: bool = False) -> None:
+        """kept: where trees of earlier frames may be found. divided: what is likely to move has a tree of its own."""
+        self.geometry = geometry
+        nt, ns = geometry.triangle_count, geometry.sphere_count
+        self.triangle_count = int(np.count_nonzero(members[:nt]))
+        self._triangles = trees_over(geometry, members[:nt], Kept(0) if kept is None else kept, divided)
+        self._spheres = flatnonzero(members[nt : nt + ns])
+        self._planes = flatnonzero(members[nt + ns :]) + nt + ns
+        self._members = members
+        self._hidden: Bools | None = None
+        self._side = 1.0
+
+    def without_backs(self, culled: Bools) -> PrimitiveSet:
+        """The same, but the back faces of the primitives `culled` (np,) are not there."""
+        hidden = self._members & culled
+        if not hidden.any():
+            return self
+        other = copy.copy(self)
+        other._hidden = hidden
+        return other
+
+    def backwards(self) -> PrimitiveSet:
+        """The same for rays that go against the way from which it is seen: their fronts are what is seen as back."""
+        if self._hidden is None:
+            return self
+        other = copy.copy(self)
+        other._side = -self._side
+        return other
+
+    def __len__(self) -> int:
+        return self.triangle_count + len(self._spheres) + len(self._planes)
+
+    # -------------------------------------------------------------------------------------------- nearest hit
+
+    def nearest(self, origin: Float32, direction: Array, tally: Tally) -> Hits:
+        """Nearest hit of rays (3, n), all of them traceable. Embree sees float64 directions rounded."""
+        hits = self._nearest(origin, direction, tally)
+        if self._hidden is not None:
+            self._look_through(hits, origin, direction, tally)
+        return hits
+
+    def _look_through(self, hits: Hits, origin: Float32, direction: Array, tally: Tally) -> None:
+        """Replace hits on faces that are not there by those behind, at their distances along the same rays."""
+        for _ in range(MAX_HIDDEN_FACES):
+            hidden = flatnonzero(self._is_hidden(hits))
+            if len(hidden) == 0:
+                return
+            face, start, d = hits.take(hidden), origin.take(hidden, axis=1), direction.take(hidden, axis=1)
+            point = start + d * face.t
+            offset = origin_offset(point.astype(np.float32), self.geometry.extent.take(face.prim))
+            behind = offset_origin(point, face.normal, offset * np.sign(face.toward).astype(np.float32))
+            found = self._nearest(behind, d, tally)
+            found.t += dot(behind - start.astype(np.float64), d)
+            self._sharpen_along(found, start, d)
+            self._store(hits, hidden, found, np.ones(len(hidden), bool))
+
+    def _is_hidden(self, hits: Hits) -> Bools:
+        assert self._hidden is not None
+        there: Bools = self._hidden.take(hits.prim, mode="wrap") & (hits.prim >= 0)
+        return there & (hits.toward * self._side > 0)
+
+    def _sharpen_along(self, hits: Hits, origin: Float32, direction: Array) -> None:
+        """Distances of hits along rays that run within an offset of those which found them, from the exact geometry."""
+        g = self.geometry
+        met = flatnonzero(hits.prim >= 0)
+        ball = (hits.prim[met] >= g.triangle_count) & (hits.prim[met] < g.triangle_count + g.sphere_count)
+        flat, round_ = met[~ball], met[ball]
+        facets = np.ascontiguousarray(g.facets.take(hits.prim[flat], axis=0).T)
+        hits.t[flat], hits.toward[flat] = plane_distance(facets, origin[:, flat], direction[:, flat])
+        sphere = hits.prim[round_] - g.triangle_count
+        center, radius = g.sphere_center[sphere].T, g.sphere_radius[sphere]
+        hits.t[round_] = onto_sphere(center, radius, origin[:, round_], direction[:, round_], hits.t[round_])
+
+    def _nearest(self, origin: Float32, direction: Array, tally: Tally) -> Hits:
+        rounded: Float32 = direction.astype(np.float32, copy=False)
+        with tally.phase("intersect"):
+            prim = self._triangles.intersect(origin, rounded)
+        hits = self._refine(prim, origin, rounded)
+        if self.triangle_count:
+            self._retrace(hits, origin, rounded, tally)
+            self._check_grazing(hits, origin, rounded, tally)
+            if rounded is not direction:
+                self._sharpen(hits, origin, direction)
+        if len(self._spheres) or len(self._planes):
+            self._add_shapes(hits, origin, direction)
+        return hits
+
+    def _refine(self, prim: Int32, origin: Float32, direction: Float32) -> Hits:
+        """Distances in float64 from the plane equations of the triangles that Embree names."""
+        if not self.triangle_count:
+            n = len(prim)
+            return Hits(prim, np.full(n, np.inf), np.zeros((3, n), np.float32), np.zeros(n))
+        found = flatnonzero(prim >= 0)
+        if len(found) < SPARSE * len(prim):
+            return self._refine_some(prim, origin, direction, found)
+        facets = np.ascontiguousarray(self.geometry.facets.take(prim, axis=0, mode="wrap").T)
+        t, toward = plane_distance(facets, origin, direction)
+        t[prim < 0] = np.inf
+        return Hits(prim, t, facets[:3].astype(np.float32), toward)
+
+    def _refine_some(self, prim: Int32, origin: Float32, direction: Float32, found: NDArray[np.intp]) -> Hits:
+        """The same where few rays hit anything: only these are worked on."""
+        n = len(prim)
+        hits = Hits(prim, np.full(n, np.inf), np.zeros((3, n), np.float32), np.zeros(n))
+        if len(found):
+            facets = np.ascontiguousarray(self.geometry.facets.take(prim[found], axis=0).T)
+            t, toward = plane_distance(facets, origin.take(found, axis=1), direction.take(found, axis=1))
+            hits.t[found], hits.toward[found] = t, toward
+            for i in range(3):
+                hits.normal[i, found] = facets[i]
+        return hits
+
+    def _retrace(self, hits: Hits, origin: Float32, direction: Float32, tally: Tally) -> None:
+        """Advance rays whose hit lies behind them (a rounding error of Embree) and trace them again.
+
+        Closest hit makes this safe: whatever is nearer than a spurious hit would have been returned. Hits at distance 0
+        are sound: in a corner an origin, off its own surface, was rounded onto another, and may not leave through it.
+        """
+        spurious = flatnonzero(~(hits.t >= 0))
+        if len(spurious) == 0:
+            return
+        tally.add("self_hits", len(spurious))
+        start, d = origin[:, spurious], direction[:, spurious]
+        step = (RETRACE_STEP * largest_component(start)).astype(np.float64)
+        for _ in range(MAX_RETRACES):
+            moved = (start + d * step).astype(np.float32)
+            with tally.phase("intersect"):
+                again = self._triangles.intersect(moved, d)
+            found = self._refine(again, start, d)
+            good = (found.t >= 0) | (again == MISS)
+            self._store(hits, spurious[good], found, good)
+            spurious, start, d, step = spurious[~good], start[:, ~good], d[:, ~good], step[~good] * RETRACE_GROWTH
+            if len(spurious) == 0:
+                return
+        hits.prim[spurious] = MISS
+        hits.t[spurious] = np.inf
+
+    @staticmethod
+    def _store(hits: Hits, where: NDArray[np.intp], found: Hits, chosen: Bools) -> None:
+        hits.prim[where] = found.prim[chosen]
+        hits.t[where] = found.t[chosen]
+        hits.normal[:, where] = found.normal[:, chosen]
+        hits.toward[where] = found.toward[chosen]
+
+    def _check_grazing(self, hits: Hits, origin: Float32, direction: Float32, tally: Tally) -> None:
+        """Count grazing hits that float64 finds clearly outside their triangle (they are clamped, not dropped)."""
+        grazing = flatnonzero((np.abs(hits.toward) < GRAZING_COSINE) & (hits.prim >= 0))
+        if len(grazing) == 0:
+            return
+        point = origin.take(grazing, axis=1) + hits.t[grazing] * direction.take(grazing, axis=1)
+        u, v = barycentrics(self.geometry, hits.prim[grazing], point, clamp=False)
+        # In the plane, the float32 ray itself is uncertain by an ulp over the cosine, and so is the hit.
+        slack = BARYCENTRIC_SLACK + FLOAT32_ULP / np.abs(hits.toward[grazing])
+        tally.add("barycentrics_out_of_range", np.count_nonzero((u < -slack) | (v < -slack) | (u + v > 1 + slack)))
+
+    def _sharpen(self, hits: Hits, origin: Float32, direction: Float64) -> None:
+        """Distances along float64 directions to the triangles that the rounded ones found, if they meet these too."""
+        found = flatnonzero(hits.prim >= 0)
+        prim, o, d = hits.prim[found], origin[:, found], direction[:, found]
+        t, toward = plane_distance(self.geometry.facets[prim].T, o, d)
+        u, v = barycentrics(self.geometry, prim, o + t * d, clamp=False)
+        inside = (t > 0) & (u >= 0) & (v >= 0) & (u + v <= 1)
+        hits.t[found[inside]], hits.toward[found[inside]] = t[inside], toward[inside]
+
+    def _add_shapes(self, hits: Hits, origin: Float32, direction: Array) -> None:
+        """Let analytic shapes that are strictly nearer replace the triangles' hits."""
+        g = self.geometry
+        for sphere in self._spheres:
+            center, radius = g.sphere_center[sphere], g.sphere_radius[sphere]
+            t = sphere_distance(center, radius, origin, direction)
+            nearer = flatnonzero(t < hits.t)
+            if len(nearer):
+                d = direction[:, nearer]
+                normal = (origin[:, nearer] + t[nearer] * d - center[:, None]) / radius
+                normal /= np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
+                toward = normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2]
+                self._replace(hits, nearer, int(g.triangle_count + sphere), t[nearer], normal, toward)
+        for plane in self._planes:
+            facet = g.facets[plane][:, None]
+            t, toward = plane_distance(facet, origin, direction)
+            nearer = flatnonzero((t > 0) & (t < hits.t))
+            self._replace(hits, nearer, int(plane), t[nearer], facet[:3], toward[nearer])
+
+    @staticmethod
+    def _replace(hits: Hits, where: NDArray[np.intp], prim: int, t: Float64, normal: Float64, toward: Float64) -> None:
+        hits.prim[where] = prim
+        hits.t[where] = t
+        hits.normal[:, where] = normal
+        hits.toward[where] = toward
+
+    # -------------------------------------------------------------------------------------------- any hit
+
+    def occluded(self, origin: Float32, direction: Float32, t_max: Float32, tally: Tally) -> Bools:
+        """Whether anything lies on each ray (3, n) before t_max (n,)."""
+        with tally.phase("occluded"):
+            blocked = self._triangles.occluded(origin, direction, t_max)
+        g = self.geometry
+        for sphere in self._spheres:
+            # Strictly: a miss is at infinity, where a sun is too.
+            blocked |= sphere_distance(g.sphere_center[sphere], g.sphere_radius[sphere], origin, direction) < t_max
+        for plane in self._planes:
+            t, _ = plane_distance(g.facets[plane][:, None], origin, direction)
+            blocked |= (t > 0) & (t < t_max)
+        if self._hidden is not None:
+            asked = flatnonzero(blocked)
+            hits = self.nearest(origin.take(asked, axis=1), direction.take(asked, axis=1), tally)
+            blocked[asked] = hits.t < t_max[asked]
+        return blocked
+
+
+def barycentrics(geometry: Geometry, prim: NDArray[np.integer], point: Float64, clamp: bool = True) -> Float64:
+    """Weights (2, n) of the second and third corner of triangles `prim` at points (3, n), in float64.
+
+    Of what is no triangle they mean nothing.
+    """
+    planes, place = geometry.weights.reshape(-1, 4), prim * 2
+    result = np.empty((2, len(prim)))
+    for weight in result:
+        # Four numbers at a time: turning eight around takes three times as long.
+        a, b, c, d = np.ascontiguousarray(planes.take(place, axis=0, mode="clip").T)
+        np.multiply(a, point[0], out=weight)
+        weight += b * point[1]
+        weight += c * point[2]
+        weight += d
+        place = place + 1
+    if clamp:
+        u, v = result
+        np.clip(u, 0, 1, out=u)
+        np.clip(v, 0, 1 - u, out=v)
+    return result

@@ -1,0 +1,242 @@
+"""The world's geometry as flat arrays: all instances realised, recentred in float64, rounded to float32 once.
+
+A *primitive* is a triangle, an analytic sphere or an analytic plane; they are numbered in this order, and every
+per-primitive array runs over all of them. The float32 vertices made here *are* the scene: hit points, normals and
+distances are worked out from them in float64.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene import Float32, Float64, Instance, Int32, Plane, Scene, Sphere
+from ..core.cache import MADE_READY, Kept
+from ..core.constants import MAX_SWELLING, STEADY_SCENE
+from .instances import (
+    Batch,
+    Layouts,
+    Shape,
+    batches_of,
+    bounds_of_batch,
+    corner_data_of,
+    shapes_of,
+    surface_of_triangles,
+    visible,
+)
+from .subdivide import split_large_triangles
+from .triangles import Soup, join, no_triangles
+
+Bools = NDArray[np.bool_]
+
+TOGETHER = 1 << 14
+"""Triangles of small meshes that are made ready at once: they stay in a core's cache."""
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """nt triangles, then ns spheres, then planes: np primitives in all. Coordinates are relative to `center`."""
+
+    center: Float64  # (3,) of the scene's bounds, in world space
+    vertices: Float32  # (nv, 3)
+    triangles: Int32  # (nt, 3) counter-clockwise seen from outside, mirrored instances too
+    facets: Float64  # (np, 4) unit geometric normal and its distance from the origin: n.x = d; 0 for spheres
+    weights: Float64  # (nt, 8) barycentrics as planes (soup.facets_of)
+    extent: Float32  # (np,) largest |coordinate| of the primitive's vertices: scale of its rounding errors
+    normals: Float32 | None  # (nt, 9) shading normals of the three corners; None: nothing is smooth
+    smooth: Bools  # (np,) shading normals differ from the geometric one
+    corner_data: Float32 | None  # (nt, 3 k) what expressions read of the three corners; None: nothing
+    layouts: Layouts  # for each surface: where in the k numbers of a corner its data are
+    object: NDArray[np.intp]  # (np,) number in the scene: of its instances, then its spheres, then its planes
+    source: Int32  # (nt,) number of the triangle in its mesh; parts of a split one have the same
+    surface: NDArray[np.intp]  # (np,) index into the surface table (intp: `take` need not convert it)
+    ray_traced: Bools  # (np,) flagged by the artist
+    camera: Bools  # (np,) visibility for camera rays,
+    shadow: Bools  # (np,) for shadow rays,
+    secondary: Bools  # (np,) and for reflected and refracted rays
+    moves: Bools  # (np,) likely to be elsewhere in the next frame
+    sphere_center: Float64  # (ns, 3)
+    sphere_radius: Float64  # (ns,)
+    dropped: int  # triangles left out because they are degenerate or not finite
+    split: int  # triangles made by splitting large ones towards small flagged objects
+    bounds_radius: float  # of a ball around the centre that holds the whole scene; infinite if there are planes
+
+    @cached_property
+    def heights(self) -> Float32:
+        """(nt, 3) n.v of the three corners v and their shading normals n."""
+        assert self.normals is not None
+        products = self.vertices.take(self.triangles, axis=0).reshape(-1, 9)
+        products *= self.normals
+        return np.asarray(products[:, 0::3] + products[:, 1::3] + products[:, 2::3])
+
+    @property
+    def triangle_count(self) -> int:
+        """The first primitive that is not a triangle."""
+        return len(self.triangles)
+
+    @property
+    def sphere_count(self) -> int:
+        """Spheres come right after the triangles."""
+        return len(self.sphere_radius)
+
+
+def flatten(
+    scene: Scene,
+    layouts: Layouts,
+    use_normals: bool = True,
+    kept: Kept | None = None,
+    without: frozenset[int] = frozenset(),
+) -> Geometry:
+    """Realise all visible instances.
+
+    layouts     : for each surface of the scene what it reads of a mesh's corners.
+    use_normals : False leaves the shading normals out (a plan that never shades).
+    kept        : what an earlier frame has left, and what this one leaves.
+    without     : numbers of instances that are not realised. Coordinates and bounds are those of the whole scene.
+    """
+    kept = Kept(0) if kept is None else kept
+    batches = list(batches_of(scene))
+    spheres, planes = [s for s in scene.spheres if visible(s)], [p for p in scene.planes if visible(p)]
+    center, radius = _center_and_radius(scene, batches, spheres, kept)
+    batches = list(batches_of(scene, without)) if without else batches
+    shapes = _shapes(batches, center, use_normals, kept)
+    parts = [_realise(batch, shape, layouts) for batch, shape in zip(batches, shapes, strict=True)]
+    mesh = join(parts) if parts else no_triangles()
+    balls = np.array([(*np.subtract(b.center, center), b.radius) for b in spheres if b.ray_traced]).reshape(-1, 4)
+    mesh = split_large_triangles(mesh, balls)
+    analytic: list[Sphere | Plane] = [*scene.spheres, *scene.planes]
+    numbers = [number for number, thing in enumerate(analytic, len(scene.instances)) if visible(thing)]
+    return _assemble(mesh, layouts, center, np.inf if planes else radius, spheres, planes, numbers)
+
+
+def _center_and_radius(
+    scene: Scene, batches: list[Batch], spheres: Sequence[Sphere], kept: Kept
+) -> tuple[Float64, float]:
+    """The centre of coordinates, and the radius of a ball around it that holds everything, however it swells."""
+    boxes = [bounds_of_batch(batch, kept) for batch in batches]
+    everything, flagged = (_box(batches, boxes, spheres, only_flagged) for only_flagged in (False, True))
+    if not len(everything):
+        return np.array(scene.camera.matrix_world, np.float64)[:3, 3], 0.0
+    center = _center(batches, everything, flagged)
+    return center, float(np.sqrt(3) * np.max(np.abs(everything - center)) * (1 + MAX_SWELLING))
+
+
+def _center(batches: list[Batch], everything: Float64, flagged: Float64) -> Float64:
+    """That of the bounds of what is flagged, else of everything: there coordinates are small and rounding is least."""
+    low, high = flagged if len(flagged) else everything
+    middle, size = (low + high) / 2, np.max(high - low)
+    moves = any(i.moves and i.ray_traced for batch in batches for i in batch.instances)
+    if not moves or not 0 < size * STEADY_SCENE > np.max(everything[1] - everything[0]):
+        return np.asarray(middle)
+    step = np.ldexp(1.0, np.frexp(size)[1] - 1)
+    return np.asarray(np.round(middle / step) * step)
+
+
+def _box(batches: list[Batch], bounds: list[Float64], spheres: Sequence[Sphere], only_flagged: bool) -> Float64:
+    """(2, 3) lowest and highest coordinates, bounds: those of the batches' instances; (0, 3) if there is nothing."""
+    boxes = [np.zeros((0, 2, 3))]
+    for batch, of_instances in zip(batches, bounds, strict=True):
+        boxes.append(of_instances[[i.ray_traced or not only_flagged for i in batch.instances]])
+    balls = [s for s in spheres if s.ray_traced or not only_flagged]
+    boxes += [np.array([[np.subtract(s.center, s.radius), np.add(s.center, s.radius)]]) for s in balls]
+    low, high = np.concatenate(boxes).transpose(1, 0, 2)
+    known = (low <= high).all(axis=1)
+    return np.array([low[known].min(axis=0), high[known].max(axis=0)]) if known.any() else np.zeros((0, 3))
+
+
+def _shapes(batches: list[Batch], center: Float64, use_normals: bool, kept: Kept) -> list[Shape]:
+    """Those of an earlier frame, and the others worked out: of small meshes some together."""
+    keys = [("shape", *batch.key, center.tobytes(), use_normals) for batch in batches]
+    made: dict[int, Shape] = {}
+    group: list[int] = []
+    held = 0
+    for number, batch in enumerate(batches):
+        if not kept.has(keys[number]):
+            group.append(number)
+            held += batch.size
+        if group and (held >= TOGETHER or number == len(batches) - 1):
+            made |= zip(group, shapes_of([batches[i] for i in group], center, use_normals), strict=True)
+            group, held = [], 0
+    return [kept.take(key, partial(made.__getitem__, i), MADE_READY, batches[i].size) for i, key in enumerate(keys)]
+
+
+def _realise(batch: Batch, shape: Shape, layouts: Layouts) -> Soup:
+    """Triangles of all instances of one mesh."""
+    nt, sound, surface = len(batch.mesh.triangles), shape.sound, surface_of_triangles(batch)
+    flags = np.array([_flags(i) for i in batch.instances], bool).T
+    data = corner_data_of(batch, surface, layouts)
+    return Soup(
+        vertices=shape.vertices,
+        triangles=shape.triangles,
+        facets=shape.facets,
+        weights=shape.weights,
+        extent=shape.extent,
+        normals=shape.normals,
+        smooth=shape.smooth,
+        corner_data=None if data is None else data[sound],
+        object=np.repeat(np.array(batch.numbers, np.int32), nt)[sound],
+        source=np.tile(np.arange(nt, dtype=np.int32), len(batch.instances))[sound],
+        surface=surface[sound],
+        flags=np.repeat(flags, nt, axis=1)[:, sound],
+        dropped=int(len(sound) - np.count_nonzero(sound)),
+    )
+
+
+def _flags(thing: Instance | Sphere | Plane) -> tuple[bool, bool, bool, bool, bool]:
+    v = thing.visibility
+    return thing.ray_traced, v.camera, v.shadow, v.secondary, isinstance(thing, Instance) and thing.moves
+
+
+def _assemble(
+    mesh: Soup,
+    layouts: Layouts,
+    center: Float64,
+    radius: float,
+    spheres: Sequence[Sphere],
+    planes: Sequence[Plane],
+    numbers: list[int],
+) -> Geometry:
+    """Append the analytic shapes, of these numbers in the scene, to the triangles."""
+    ns = len(spheres)
+    sphere_center = np.array([s.center for s in spheres], np.float64).reshape(-1, 3) - center
+    sphere_radius = np.array([s.radius for s in spheres], np.float64)
+    point = np.array([p.point for p in planes], np.float64).reshape(-1, 3) - center
+    normal = np.array([p.normal for p in planes], np.float64).reshape(-1, 3)
+    normal = normal / np.sqrt((normal * normal).sum(1, keepdims=True))
+    distance = (normal * point).sum(1)
+    analytic: list[Sphere | Plane] = [*spheres, *planes]
+    flags = np.concatenate([mesh.flags, np.array([_flags(a) for a in analytic], np.bool_).reshape(-1, 5).T], axis=1)
+    facets = np.concatenate([mesh.facets, np.zeros((ns, 4)), np.concatenate([normal, distance[:, None]], axis=1)])
+    sphere_extent = np.abs(sphere_center).max(1, initial=0) + sphere_radius
+    # A plane is as large as what stands on it: one through the very centre must not lose its scale.
+    scale = max(np.max(mesh.extent, initial=0.0), np.max(sphere_extent, initial=0.0))
+    extent = np.concatenate([sphere_extent, np.maximum(np.abs(distance), scale)])
+    return Geometry(
+        center=center,
+        vertices=mesh.vertices,
+        triangles=np.ascontiguousarray(mesh.triangles, np.int32),
+        facets=np.ascontiguousarray(facets),
+        weights=mesh.weights,
+        extent=np.concatenate([mesh.extent, extent.astype(np.float32)]),
+        normals=mesh.normals if mesh.smooth.any() else None,
+        smooth=np.concatenate([mesh.smooth, np.zeros(len(analytic), bool)]),
+        corner_data=mesh.corner_data,
+        layouts=layouts,
+        object=np.concatenate([mesh.object, np.array(numbers, np.intp)]).astype(np.intp),
+        source=mesh.source,
+        surface=np.concatenate([mesh.surface, np.array([a.surface for a in analytic], np.int32)]).astype(np.intp),
+        ray_traced=flags[0],
+        camera=flags[1],
+        shadow=flags[2],
+        secondary=flags[3],
+        moves=flags[4],
+        sphere_center=sphere_center,
+        sphere_radius=sphere_radius,
+        dropped=mesh.dropped,
+        split=mesh.split,
+        bounds_radius=radius,
+    )

@@ -1,0 +1,1 @@
+"""The wave loop, and those who watch it."""

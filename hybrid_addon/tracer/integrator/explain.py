@@ -1,0 +1,137 @@
+"""Why is this pixel like this: the ray tree of one pixel's central ray, as the wave loop itself walks it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...scene import Float32
+from ..core.camera import generate_rays
+from ..core.rays import Rays, camera_rays
+from ..core.stats import Tally
+from ..core.vectors import Array, Index
+from ..film.path_hash import REFLECTED, TRANSMITTED, child_path
+from ..film.samples import Sums
+from ..geometry.aggregate import Hits
+from ..prepare.compiled import CompiledScene
+from ..shading.interaction import Interaction
+from ..shading.lamps import brought, lamps_met
+from ..shading.spawn import share_out
+from .whitted import add_escaped, add_light, trace_rays
+
+RGB = tuple[float, float, float]
+
+
+@dataclass(eq=False)
+class Node:
+    """One ray and what it met.
+
+    kind       : "camera", "reflected", "refracted" or "straight" (through a surface of matching IOR).
+    throughput : what one unit of radiance that it finds adds to the pixel.
+    distance   : metres to what it hit; inf: it left the scene.
+    object, surface : numbers of the instance (spheres and planes follow the instances) and of the surface; -1: none.
+    inside     : it met the surface from behind.   angle : degrees off the geometric normal.
+    adds       : radiance that this node brings the pixel: emission and local light, or the world, and lamps.
+    lamps      : names of the lamps that the ray meets on its way.
+    cut        : not followed: beyond the depth, or cut because it would bring little.
+    counts     : False for a camera ray that met nothing that the tracer is to show.
+    """
+
+    kind: str
+    throughput: RGB
+    distance: float = float("inf")
+    object: int = -1
+    surface: int = -1
+    inside: bool = False
+    angle: float = 0.0
+    adds: RGB = (0.0, 0.0, 0.0)
+    lamps: tuple[str, ...] = ()
+    cut: bool = False
+    counts: bool = True
+    children: list[Node] = field(default_factory=list)
+
+
+def explain(scene: CompiledScene, x: int, y: int) -> Node:
+    """The tree of the ray through the centre of pixel (x, y) of the full frame, row 0 at the bottom."""
+    settings, geometry = scene.settings, scene.geometry
+    origin, direction, t_max = generate_rays(
+        scene.camera, np.array([x + 0.5]), np.array([y + 0.5]), geometry.center, geometry.bounds_radius
+    )
+    tally = Tally()
+    with np.errstate(all="ignore"):
+        media = scene.media.around_camera(origin, direction, lambda: scene.solids, tally)
+        rays = camera_rays(origin, direction, t_max, np.arange(1), media, True, linked=scene.linked_lamps)
+        tree = _Tree(scene, rays)
+        sums = Sums.zeros(1, 1, settings.cutoff, depth=settings.max_depth)
+        trace_rays(scene, [rays], scene.seen_by_camera, sums, tally, lambda: None, tree.watch)
+    tree.root.distance += _skipped(scene, origin, direction)
+    return tree.root
+
+
+def _skipped(scene: CompiledScene, origin: Float32, direction: Array) -> float:
+    """Metres from the camera, or for an orthographic one its plane, to where its ray begins."""
+    matrix = scene.camera.matrix_world
+    axis, eye = -matrix[:3, 2], matrix[:3, 3] - scene.geometry.center
+    return float(axis @ (origin[:, 0] - eye) / (axis @ direction[:, 0]))
+
+
+class _Tree:
+    """Grows with each wave. A ray knows its way through the tree, and so its parent (Rays.path)."""
+
+    def __init__(self, scene: CompiledScene, rays: Rays) -> None:
+        self.scene = scene
+        self.root = Node("camera", (1.0, 1.0, 1.0), counts=False)
+        self.waiting = {int(rays.path[0, 0]): self.root}
+
+    def watch(self, rays: Rays, hits: Hits, chosen: Index, at: Interaction | None, children: Rays) -> None:
+        """One wave: n rays, their hits, which of them hit, what they know of it, and the next wave."""
+        hit = np.arange(len(rays))[chosen] if at is not None else np.zeros(0, np.intp)
+        place = {int(i): number for number, i in enumerate(hit)}
+        coming = {}
+        for i in range(len(rays)):
+            node, ray = self.waiting[int(rays.path[0, i])], rays.take(np.array([i]))
+            node.counts = True
+            light = Sums.zeros(1)
+            ray.sample = np.zeros(1, np.intp)
+            for lamp, seen, radiance in lamps_met(self.scene, ray, hits.take(np.array([i])), Tally()):
+                node.lamps += (lamp.light.name,)
+                light.add_radiance(seen.sample, brought(self.scene, seen, radiance))
+            if at is not None and i in place:
+                one = at.take(np.array([place[i]]))
+                self._describe(node, one, float(hits.t[i]))
+                add_light(self.scene, ray, one, light, Tally())
+                coming.update(self._branches(node, ray, one, children))
+            else:
+                add_escaped(self.scene, ray, slice(None), light, Tally())
+            node.adds = _rgb(light.radiance)
+        self.waiting = coming
+
+    def _describe(self, node: Node, at: Interaction, t: float) -> None:
+        prim = int(at.prim[0])
+        node.distance, node.object = t, int(self.scene.geometry.object[prim])
+        node.surface, node.inside = int(self.scene.geometry.surface[prim]), not bool(at.entering[0])
+        cosine = float((at.wo * at.n_geometric).sum())
+        node.angle = float(np.degrees(np.arccos(min(1.0, abs(cosine)))))
+
+    def _branches(self, node: Node, ray: Rays, at: Interaction, children: Rays) -> dict[int, Node]:
+        """The rays that go on from this one."""
+        found = {}
+        split = share_out(self.scene, ray, at)
+        kinds = ((REFLECTED, "reflected", split.reflected), (TRANSMITTED, "refracted", split.transmitted))
+        for kind, name, weight in kinds:
+            path = int(child_path(ray.path, kind)[0, 0])
+            for j in np.flatnonzero(children.path[0] == np.uint32(path)).tolist():
+                straight = name == "refracted" and children.passes[j] > ray.passes[0]
+                child = Node("straight" if straight else name, _rgb(children.throughput[:, j]), counts=False)
+                node.children.append(child)
+                found[path] = child
+            if path not in found and weight.any():
+                name = name if name == "reflected" or split.bends[0] else "straight"
+                node.children.append(Node(name, _rgb(weight), cut=True))
+        return found
+
+
+def _rgb(values: np.ndarray) -> RGB:
+    red, green, blue = (float(v) for v in np.ravel(values))
+    return red, green, blue

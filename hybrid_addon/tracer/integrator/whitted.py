@@ -1,0 +1,296 @@
+"""The wave loop: Whitted's ray tree, one generation of a sample's rays at a time, in the style of pbrt's wavefront
+integrator.
+
+A wave costs a thousand calls, however few its rays are, and deep in a glass there are few. So samples do not wait for
+one another: rays that are left of earlier samples join those of later ones. All rays of a sample that are of one
+generation are in one wave, in their order: what else is in it cannot change the sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene import Float32
+from ..core.constants import LONGEST_WAVE, MISS
+from ..core.rays import Rays, concatenate, traceable
+from ..core.sampler import Sampler
+from ..core.stats import Tally
+from ..core.vectors import Index, add, count, flatnonzero, largest_component, no_brighter, select, take
+from ..film.samples import Sums
+from ..geometry.aggregate import Hits, PrimitiveSet
+from ..prepare.compiled import CompiledScene
+from ..shading.crossings import with_sides
+from ..shading.direct import local_radiance
+from ..shading.evaluate import resolve
+from ..shading.interaction import Interaction, interact
+from ..shading.lamps import add_lamps
+from ..shading.rough_transmission import through_rough_glass
+from ..shading.spawn import spawn
+
+Watch = Callable[[Rays, Hits, Index, Interaction | None, Rays], None]
+"""Told of each wave: its rays, their hits, which of them hit, what is known of those (None: no one hit), their rays."""
+
+
+def trace_rays(
+    scene: CompiledScene,
+    blocks: Iterable[Rays],
+    first_seen: PrimitiveSet,
+    sums: Sums,
+    tally: Tally,
+    check: Callable[[], None],
+    watch: Watch | None = None,
+    sampler: Sampler | None = None,
+) -> None:
+    """Follow camera rays to their ends and add what they find to `sums`.
+
+    blocks     : of camera rays, each of other samples; one is begun when fewer rays than half of it are left of others.
+    first_seen : what camera rays can hit first.   check : called once a wave; raises to stop.   watch : see `Watch`.
+    sampler    : of the portion; None: lights are seen from their centres, so shadows are hard.
+    """
+    coming, size = iter(blocks), 0
+    waiting: list[Rays] = []
+    while True:
+        first = None
+        if 2 * sum(len(rays) for rays in waiting) <= size:
+            first = next(coming, None)
+        if first is not None:
+            rays, size = first, max(size, len(first))
+        elif waiting:
+            rays = _joined(waiting, size, sums.count if watch is None else 0)
+            sums.next_generation(rays.sample)
+        else:
+            return
+        check()
+        children = _trace_wave(scene, rays, None if first is None else first_seen, sums, tally, watch, sampler)
+        if len(children):
+            waiting.append(children)
+
+
+def _trace_wave(
+    scene: CompiledScene,
+    rays: Rays,
+    first_seen: PrimitiveSet | None,
+    sums: Sums,
+    tally: Tally,
+    watch: Watch | None,
+    sampler: Sampler | None,
+) -> Rays:
+    """Add what rays find, and return those that they spawn. first_seen: what camera rays can hit; None: later ones."""
+    # Keep rays that Embree can digest; what a lost one could have brought is part of the error bound.
+    rays = _drop_untraceable(rays, sums, tally)
+
+    # Find the closest hit of each ray.
+    hits = _closest_hits(scene, rays, scene.seen_by_camera if first_seen is None else first_seen, tally)
+    hit = hits.prim >= 0
+    if first_seen is not None:
+        # Of the camera rays only those count that meet something the tracer is to show.
+        rays, hits, hit = _count_camera_rays(scene, rays, hits, hit, sums)
+
+    # Let them see the lamps that are nearer.
+    if first_seen is None:
+        add_lamps(scene, rays, hits, sums, tally)
+
+    # Let the solids absorb their share on the way.
+    rays = scene.media.absorbed(rays, hits.t, hit)
+
+    # Let escaped rays see the world.
+    add_escaped(scene, rays, select(~hit), sums, tally)
+
+    # What the raster shows is lit already: it ends its rays.
+    if scene.backing is not None:
+        hit = add_backed(scene, rays, hits, hit, sums, tally)
+
+    # Recompute the hits from the exact geometry.
+    chosen = select(hit)
+    if count(chosen, len(rays)) == 0:
+        nothing = rays.take(chosen)
+        if watch is not None:
+            watch(rays, hits, chosen, None, nothing)
+        return nothing
+    rays_hit, found = rays.take(chosen), hits.take(chosen)
+    at = interact(scene.geometry, scene.surfaces, found, rays_hit)
+    at = resolve(scene.geometry, at, found.t)
+    at.media = None if scene.media.shadow_absorption is None else rays_hit.media
+    at = with_sides(scene.geometry, scene.media, rays_hit, at, found.t)
+    at.lit = None if sums.signatures is None else np.zeros(len(rays_hit), np.uint32)
+    at.draws = None if sampler is None else sampler.draws(rays_hit.sample, rays_hit.path)
+
+    # Add emitted and local light.
+    add_light(scene, rays_hit, at, sums, tally)
+    if sums.signatures is not None and at.lit is not None:
+        sums.signatures.add_hits(rays_hit, at.prim, at.entering, at.lit)
+
+    # Spawn at most one reflected and one transmitted ray from each hit.
+    children = concatenate(spawn(scene, rays_hit, at, found.t, sums, tally))
+    if watch is not None:
+        watch(rays, hits, chosen, at, children)
+    return children
+
+
+def _joined(waiting: list[Rays], size: int, count: int) -> Rays:
+    """One wave out of those that wait, the latest first, until there are `size` rays.
+
+    If one is too long, some of it goes back, by pixels of `count` samples each; 0: never.
+    """
+    parts = [waiting.pop()]
+    while waiting and sum(len(part) for part in parts) + len(waiting[-1]) <= size:
+        parts.append(waiting.pop())
+    *rest, rays = _parts(concatenate(parts), count)
+    waiting += rest
+    return rays
+
+
+def _parts(rays: Rays, count: int) -> list[Rays]:
+    """A wave as it is, in a list, or if it is too long in parts, by pixels of `count` samples each; 0: never in parts.
+
+    All rays of a pixel stay together, in their order: what they add up to is the same bit by bit.
+    """
+    if len(rays) == 0:
+        return []
+    number = -(-len(rays) // LONGEST_WAVE)
+    if number == 1 or count == 0:
+        return [rays]
+    pixel = rays.sample // count
+    held = np.cumsum(np.bincount(pixel))  # by this and all pixels before it
+    part = np.minimum(held * number // (held[-1] + 1), number - 1)[pixel]
+    return [rays.take(flatnonzero(part == p)) for p in reversed(np.unique(part).tolist())]
+
+
+def _drop_untraceable(rays: Rays, sums: Sums, tally: Tally) -> Rays:
+    sound = traceable(rays.origin, rays.direction)
+    if sound.all():
+        return rays
+    lost = rays.take(flatnonzero(~sound))
+    tally.add("dropped", len(lost))
+    sums.add_residual(lost.sample, largest_component(lost.throughput))
+    return rays.take(flatnonzero(sound))
+
+
+def _closest_hits(scene: CompiledScene, rays: Rays, by_camera: PrimitiveSet, tally: Tally) -> Hits:
+    """Nearest hits; camera rays and later rays may see different sets, and camera rays end at the clip plane."""
+    later = scene.seen_by_secondary
+    if not rays.camera.any():
+        return later.nearest(rays.origin, rays.direction, tally)
+    if by_camera is later or rays.camera.all():
+        hits = by_camera.nearest(rays.origin, rays.direction, tally)
+    else:
+        n = len(rays)
+        hits = Hits(np.empty(n, np.int32), np.empty(n), np.empty((3, n), np.float32), np.empty(n))
+        for members, primitives in ((rays.camera, by_camera), (~rays.camera, later)):
+            index = flatnonzero(members)
+            part = primitives.nearest(rays.origin[:, index], rays.direction[:, index], tally)
+            hits.prim[index], hits.t[index] = part.prim, part.t
+            hits.normal[:, index], hits.toward[index] = part.normal, part.toward
+    beyond = hits.t > rays.t_max
+    hits.prim[beyond] = MISS
+    return hits
+
+
+def _count_camera_rays(
+    scene: CompiledScene, rays: Rays, hits: Hits, hit: NDArray[np.bool_], sums: Sums
+) -> tuple[Rays, Hits, NDArray[np.bool_]]:
+    """Count the samples that saw something and drop the others."""
+    see = scene.settings.see
+    flagged = hit & scene.geometry.ray_traced.take(hits.prim, mode="wrap") if see != "ALL" and hit.any() else hit
+    if see == "FLAGGED":
+        counts = flagged
+    elif scene.settings.transparent:
+        counts = hit
+    else:
+        counts = np.ones(len(rays), bool)
+    if see == "RASTER":
+        counts = counts & ~flagged
+    kept = select(counts)
+    rays = rays.take(kept)
+    sums.add_seen(rays.sample)
+    return rays, hits.take(kept), take(hit, kept)
+
+
+def add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums, tally: Tally) -> None:
+    """Add the world's radiance; behind a see-through film a ray that passed straight through all sees no world."""
+    if count(escaped, len(rays)) == 0:
+        return
+    gone = rays.take(escaped)
+    if sums.signatures is not None:
+        sums.signatures.add_escaped(gone)
+    if scene.settings.see != "FLAGGED" and scene.settings.transparent and gone.camera.any():
+        straight = gone.take(select(gone.camera))
+        sums.add_seen(straight.sample, -straight.throughput.max(axis=0))
+        gone = gone.take(select(~gone.camera))
+    scene.media.count_lost(gone.media[:, ~gone.camera], tally)
+    if len(gone) and scene.plan.world:
+        sums.add_radiance(gone.sample, gone.throughput * scene.world.seen(gone.direction, gone.camera), gone.branch)
+
+
+def add_backed(
+    scene: CompiledScene, rays: Rays, hits: Hits, hit: NDArray[np.bool_], sums: Sums, tally: Tally
+) -> NDArray[np.bool_]:
+    """Add the raster's own light where rays meet what it shows. Returns the hits (n,) that are left to shade."""
+    assert scene.backing is not None
+    index, radiance = scene.backing.look_up(rays, hits, hit, tally)
+    if len(index) == 0:
+        return hit
+    found = rays.take(index)
+    radiance = no_brighter(radiance, scene.arriving.indirect_limit)
+    sums.add_radiance(found.sample, found.throughput * radiance, found.branch)
+    sums.add_backed(found.sample, found.throughput)
+    if sums.signatures is not None:
+        sums.signatures.add_backed(found, hits.prim[index].astype(np.intp), hits.toward[index] < 0)
+    left = hit.copy()
+    left[index] = False
+    return left
+
+
+def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tally: Tally) -> None:
+    """Add what the hits of the rays emit, and the light that they get from the lights and the world, rough glass also
+    from behind."""
+    table = at.table
+    sent: list[tuple[Index, Float32]] = []  # by which hits, and the radiance
+    if scene.plan.emission:
+        glowing = select(table.emits.take(at.surface))
+        if count(glowing, len(rays)):
+            sent.append((glowing, at.value("emission", glowing)))
+    if scene.plan.local:
+        shaded = select(table.shades_locally.take(at.surface))
+        if count(shaded, len(rays)):
+            seen = at.take(shaded)
+            seen.cut = np.zeros(len(seen.prim), bool)
+            local, sample = seen.value("local"), take(rays.sample, shaded)
+            weight = take(rays.throughput, shaded) * local
+            cut = None if sums.unlit is None or not scene.plan.faint else partial(_cut_light, weight, sample, sums)
+            sent.append((shaded, local * local_radiance(scene, seen, tally, cut)))
+            if seen.cut.any():
+                lost = flatnonzero(seen.cut)
+                sums.add_residual(sample[lost], largest_component(weight[:, lost]))
+            if at.lit is not None and seen.lit is not None:
+                at.lit[shaded] = seen.lit
+    if scene.plan.rough and scene.plan.specular:
+        sent += through_rough_glass(scene, rays, at, tally)
+    dimming = _dimming(scene, rays, sent)
+    for index, radiance in sent:
+        weighted = take(rays.throughput, index) * radiance
+        if dimming is not None:
+            weighted *= take(dimming, index)
+        sums.add_radiance(take(rays.sample, index), weighted, take(rays.branch, index))
+
+
+def _dimming(scene: CompiledScene, rays: Rays, sent: list[tuple[Index, Float32]]) -> Float32 | None:
+    """(n,) by what the light that hits send into rays which a surface has sent on is multiplied; None: by 1."""
+    limit = scene.arriving.indirect_limit
+    if not np.isfinite(limit) or not sent or rays.camera.all():
+        return None
+    total = np.zeros((3, len(rays)), np.float32)
+    for index, radiance in sent:
+        add(total, index, np.broadcast_to(radiance, (3, count(index, len(rays)))))
+    brightest = total.max(axis=0)
+    too_bright = (brightest > limit) & ~rays.camera
+    return np.where(too_bright, np.float32(limit) / np.maximum(brightest, np.float32(limit)), np.float32(1))
+
+
+def _cut_light(weight: Float32, sample: NDArray[np.intp], sums: Sums, share: Float32) -> NDArray[np.intp]:
+    """Which hits do without a light that brings them shares (3, n) of what a white wall would send on."""
+    return sums.cut_light(sample, largest_component(weight * share))

@@ -1,0 +1,61 @@
+"""The fields of a surface as arrays: what is the same all over once, what an expression gives for each hit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Set
+
+import numpy as np
+
+from ...expressions import Evaluation
+from ...scene import Expression, Float64, Surface
+
+Fields = Mapping[str, Float64]
+"""Name -> (1 or 3, n) float64, or (1 or 3, 1) of what is the same for all."""
+
+VARIABLE = {
+    "base_color": 3, "specular": 3, "roughness": 1, "emission": 3, "reflectivity": 1, "reflection_tint": 3,
+    "opacity": 1, "transmission_tint": 3, "interface_tint": 3, "edge_tint": 3, "coat": 1, "coat_roughness": 1,
+    "coat_tint": 3, "sheen": 1, "sheen_roughness": 1, "sheen_tint": 3,
+}  # fmt: skip
+"""What an expression may give, and how many numbers it is."""
+
+SHARES = ("reflectivity", "opacity", "roughness", "coat_roughness", "sheen_roughness", "interface_tint")
+"""Of these, what lies between 0 and 1."""
+
+
+def constants(surface: Surface) -> dict[str, float]:
+    """What no expression gives. A thin pane does not bend light: its IOR only makes it reflect."""
+    found = {name: float(getattr(surface, name)) for name in ("ambient", "diffuse", "coat_ior")}
+    ior = (1.0, surface.ior) if surface.thin else (surface.ior, 1.0)
+    return {**found, "ior": float(ior[0]), "pane_ior": float(ior[1])}
+
+
+def known_fields(surface: Surface, without: Set[str] = frozenset()) -> Fields:
+    """The fields that no expression gives, and 0 for those `without`."""
+    values = {name: 0.0 if name in without else getattr(surface, name) for name in VARIABLE}
+    known = {name: v for name, v in values.items() if not (v is None or isinstance(v, Expression))}
+    fields = {name: np.array(v, np.float64).reshape(-1, 1)[: VARIABLE[name]] for name, v in known.items()}
+    return {**fields, **{name: np.full((1, 1), value) for name, value in constants(surface).items()}}
+
+
+def fields_of(surface: Surface, evaluate: Evaluation | None = None, known: Fields | None = None) -> Fields:
+    """All fields of a surface, what expressions give within its limits.
+
+    evaluate : works expressions out; None: the surface has none.   known : its `known_fields`, if they are at hand.
+    """
+    fields = dict(known_fields(surface) if known is None else known)
+    for name, size in VARIABLE.items():
+        value = None if name in fields else getattr(surface, name)
+        if value is not None:
+            assert evaluate is not None
+            fields[name] = limited(name, evaluate(value))[:size]
+    return fields
+
+
+def limited(name: str, values: np.ndarray) -> Float64:
+    """What an expression gave for a field, as numbers that the field may have."""
+    found = values.astype(np.float64)
+    if not np.isfinite(found).all():
+        found = np.nan_to_num(found)
+    found = np.maximum(found, 0)
+    return np.minimum(found, 1) if name in SHARES else found

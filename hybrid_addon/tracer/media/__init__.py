@@ -1,0 +1,1 @@
+"""What rays are inside of: nested solids, which meshes are solids, faces that touch."""

@@ -1,0 +1,221 @@
+"""Forked processes that do jobs: threads would wait for the one interpreter lock.
+
+A numpy call holds the lock only to begin and to end, but a portion makes thousands. Two threads lose a fifth to handing
+the lock over, and with more than some four that takes longer than the work. A forked process has an interpreter of its
+own and all that the parent had made ready, Embree's trees too, without a copy. What it finds it adds to the totals,
+which lie in shared memory; what it counted it says in one line for each job.
+
+Only for Linux. A fork has one thread, and what the others held stays held in it: glibc and Python mend their own
+locks, and a child needs no other. It imports nothing, prints nothing, builds no tree (Embree would wait for the threads
+that it builds with), leaves the graphics driver and the window alone, and ends without cleaning up. Should one wait all
+the same before it has begun, its work is done by threads (`crew.SLOW_START`).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import gc
+import json
+import mmap
+import os
+import select
+import signal
+import sys
+import threading
+import warnings
+from collections.abc import Callable, Iterable
+from math import prod
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from ...clock import used_elsewhere
+from ..core.stats import Tally
+
+AVAILABLE = sys.platform == "linux"
+
+NUMBER = 8
+"""Bytes at the head of a job that tell it from the others, lowest first."""
+
+LONGEST_LINE = getattr(select, "PIPE_BUF", 512)  # bytes that are written at once, whoever else writes
+
+KEPT_MEMORY = {-1: 1 << 30, -3: 1 << 25}
+"""glibc's M_TRIM_THRESHOLD and M_MMAP_THRESHOLD of a child: what it frees it keeps. To be given memory that it has just
+given back would take up to a tenth of its time."""
+
+Work = Callable[[bytes], tuple[Tally, bool]]
+"""Does a job: what was counted, and whether it came to its end."""
+
+_mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if AVAILABLE else None  # not every Linux has glibc
+
+
+def shared_zeros(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray:
+    """An array of zeros that forked processes write to as one."""
+    size = prod(shape) * np.dtype(dtype).itemsize
+    return np.frombuffer(mmap.mmap(-1, max(size, 1)), dtype, prod(shape)).reshape(shape)
+
+
+class ForkKilled(RuntimeError):
+    """A process was ended from outside."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(
+            f"one of the ray tracer's processes was ended by signal {number}: if the memory ran out, "
+            "fewer Threads need less"
+        )
+
+
+class Answer(NamedTuple):
+    """To the job of this number. done: whether it came to its end; None: it failed."""
+
+    number: int
+    tally: Tally
+    done: bool | None
+
+
+class Forks:
+    """Processes that do jobs until they are told that there are no more.
+
+    Their end takes longer than the call that asks for it: giving the memory of a large process back takes 10 ms and
+    more.
+    """
+
+    def __init__(self, number: int, record: int, work: Work, first: Iterable[bytes] = ()) -> None:
+        """number: of processes. record: bytes of a job. work: what each does with one, on what it had at the fork.
+        first: jobs that those which are there first begin with."""
+        self.number = number
+        jobs_out, self._jobs = os.pipe()
+        self._answers, answers_in = os.pipe()
+        self._text = b""
+        self._at = shared_zeros((number, 2), np.int64)  # of each process the system's number, and its job's + 1
+        for job in first:
+            self.give(job)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # forks beside threads: see the head of this file
+            place, self._children = _fork(number)
+        if place is not None:
+            os.close(self._jobs)  # or the end of the jobs would never be seen
+            _serve(jobs_out, answers_in, record, work, self._at[place], self._children)
+        os.close(jobs_out)
+        os.close(answers_in)
+
+    def give(self, job: bytes) -> None:
+        """Ask for a job."""
+        with contextlib.suppress(BrokenPipeError):  # all processes are gone: `answers` tells
+            os.write(self._jobs, job)
+
+    def answers(self, patience: float) -> list[Answer] | None:
+        """Jobs that were done, waiting for up to `patience` seconds; None: all processes have ended."""
+        if not select.select([self._answers], [], [], patience)[0]:
+            return []
+        text = os.read(self._answers, 1 << 16)
+        if not text:
+            return None
+        *lines, self._text = (self._text + text).split(b"\n")
+        found = [_answer(line) for line in lines]
+        used_elsewhere(sum(sum(answer.tally.cpu.values()) for answer in found))
+        return found
+
+    def lost(self) -> dict[int, int]:
+        """Number of each job whose process is no more -> the signal that ended it."""
+        at_work = [(process, job - 1) for process, job in self._at.tolist() if process and job]
+        return {job: number for process, job in at_work if (number := _ended_by(process))}
+
+    def end(self, kill: bool = False) -> None:
+        """No more jobs; `kill` those that are at work. To be called once."""
+        os.close(self._jobs)
+        os.close(self._answers)
+        if kill and self._children:
+            with contextlib.suppress(ProcessLookupError):  # one that has ended waits to be fetched: it is still a group
+                os.killpg(self._children[0], signal.SIGKILL)
+        threading.Thread(target=_fetch, args=(self._children,), name="hybrid-forks", daemon=True).start()
+
+
+def _fork(number: int) -> tuple[int | None, list[int]]:
+    """Start so many processes, of one group: which of them this is, None for the one that was there before, and its own
+    children.
+
+    Each process starts half of those that are still to be started. Copying the page tables of a large one takes 10 ms
+    and more, which are not to be spent once for each, one after the other.
+    """
+    own: list[int] = []
+    place, coming, group = None, 0, 0
+    while number > 0:
+        half = (number + 1) // 2
+        try:
+            child = os.fork()
+        except OSError:  # as many as the system allows: threads do what is left
+            break
+        if child == 0:
+            place, own, coming, number = coming, [], coming + 1, half - 1
+        else:
+            own.append(child)
+            coming, number = coming + half, number - half
+        if group == 0:
+            group = child or os.getpid()
+        if child == 0 or place is None:  # both: nobody knows who comes first
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.setpgid(child, group)
+    return place, own
+
+
+def _fetch(children: list[int]) -> None:
+    """Wait for the end of all."""
+    for child in children:
+        with contextlib.suppress(ChildProcessError):  # somebody else has fetched it
+            os.waitpid(child, 0)
+
+
+def _ended_by(process: int) -> int:
+    """The signal that ended a process, 0 if it lives (proc(5))."""
+    try:
+        os.kill(process, 0)
+        with open(f"/proc/{process}/stat", encoding="ascii", errors="replace") as file:
+            fields = file.read().rpartition(")")[2].split()
+    except ProcessLookupError:
+        return signal.SIGKILL
+    except OSError:
+        return 0
+    return int(fields[-1]) & 0x7F or signal.SIGKILL if fields[0] in "ZX" else 0
+
+
+def _serve(jobs: int, answers: int, record: int, work: Work, at: NDArray[np.int64], children: list[int]) -> None:
+    """A child's whole life. A job that fails is done again by the parent, and fails there as it should."""
+    gc.freeze()  # what came with the fork is nobody's garbage: looking at it would copy it
+    try:
+        if _mallopt is not None:
+            for parameter, value in KEPT_MEMORY.items():
+                _mallopt(parameter, value)
+        at[0] = os.getpid()
+        while len(job := os.read(jobs, record)) == record:
+            number = int.from_bytes(job[:NUMBER], "little")
+            at[1] = number + 1
+            os.write(answers, _line(number, work, job))
+            at[1] = 0
+        os.close(answers)
+        _fetch(children)
+    finally:
+        os._exit(0)
+
+
+def _line(number: int, work: Work, job: bytes) -> bytes:
+    """What is answered."""
+    failed = json.dumps([number, None, {}, {}, {}]).encode() + b"\n"
+    try:
+        tally, done = work(job)
+    except Exception:
+        return failed
+    counted = [number, done, tally.counts, tally.wall, tally.cpu]
+    line = json.dumps(counted, separators=(",", ":")).encode() + b"\n"
+    return line if len(line) <= LONGEST_LINE else failed
+
+
+def _answer(line: bytes) -> Answer:
+    number, done, counts, wall, cpu = json.loads(line)
+    tally = Tally()
+    tally.counts.update(counts)
+    tally.wall.update(wall)
+    tally.cpu.update(cpu)
+    return Answer(number, tally, done)

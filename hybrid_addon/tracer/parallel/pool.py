@@ -1,0 +1,217 @@
+"""Who does the work: threads, or forked processes that stay for the next work.
+
+A job is a plain record, and what it is about lies in memory that all share: so a process that was forked for the first
+pass over a picture does jobs of the later ones, too. To fork takes some milliseconds for each process.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from functools import partial
+from struct import Struct
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from ...scene import Settings
+from ..core.stats import Tally
+from .forks import AVAILABLE, ForkKilled, Forks, shared_zeros
+
+POLL_SECONDS = 0.1
+"""How often the caller hears of progress, and may cancel."""
+
+MOST_THREADS = 4
+"""At once, where there are no processes: more wait for the interpreter lock. On 16 cores 16 threads take 1.3 to 1.7
+times as long as four, in a deep scene as long as one."""
+
+FEWEST = 2
+"""Processes: two are up to twice as fast as one thread, two threads at most one and a half times."""
+
+SLOW_START = 10.0
+"""Seconds after which a forked process that has not begun its job never will: it may wait for something that another
+thread held when it was forked."""
+
+SLOTS = 1 << 12
+"""Jobs, of all that were begun and not finished, whose progress is told apart: far more than there are processes."""
+
+Zeros = Callable[[tuple[int, ...], DTypeLike], NDArray[Any]]
+"""Makes arrays of zeros: `zeros_for` those that all who work write to as one."""
+
+Finished = Callable[[Tally], None]
+Watch = Callable[[], None]
+
+
+class Job(NamedTuple):
+    """What to do with numbers `start` to `stop` on the board: see `Passes`. number: its own, in one piece of work."""
+
+    number: int
+    start: int
+    stop: int
+    kind: int
+    first: int = 0
+    samples: int = 0
+    spread: bool = False
+    signed: bool = False
+    deadline: float = 0.0
+
+
+RECORD = Struct("<qqqiii??d")
+
+Do = Callable[[Job], tuple[Tally, bool]]
+"""Does a job: what was counted, and whether it came to its end in time."""
+
+
+def wished(settings: Settings) -> int:
+    """How many are to work at once."""
+    return settings.threads or os.cpu_count() or 1
+
+
+def workers(settings: Settings) -> int:
+    """How many threads work at once."""
+    return min(wished(settings), MOST_THREADS)
+
+
+def has_forks(settings: Settings) -> bool:
+    """Whether there may be processes."""
+    return settings.processes and AVAILABLE
+
+
+def zeros_for(settings: Settings) -> Zeros:
+    """What makes arrays of zeros that all who work write to as one."""
+    return shared_zeros if has_forks(settings) else np.zeros
+
+
+class Crew:
+    """Does jobs, those of one piece of work after those of another.
+
+    forks : there may be processes.   begun : (SLOTS,) how far jobs have come, for `slot`.
+    stop  : is set when the work is given up.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
+        self.forks = has_forks(settings)
+        self.stop = threading.Event()
+        self.begun = zeros_for(settings)((SLOTS,), np.int64)
+        self._processes: Forks | None = None
+
+    def slot(self, job: Job) -> NDArray[np.int64]:
+        """(1,) where to note how far it has come."""
+        place = job.number % SLOTS
+        return self.begun[place : place + 1]
+
+    def so_far(self) -> int:
+        """How far all jobs of the work have come."""
+        return int(self.begun.sum())
+
+    @property
+    def has_processes(self) -> bool:
+        """Whether some were started."""
+        return self._processes is not None
+
+    def many(self) -> int:
+        """How many work at once on what needs no new process."""
+        return workers(self._settings) if self._processes is None else self._processes.number
+
+    def run(self, do: Do, jobs: Sequence[Job], forked: bool, finished: Finished, watch: Watch) -> bool:
+        """Do them all; whether all came to their end in time.
+
+        do     : always the same. Processes know what it did when they were started: for the first work for some.
+        forked : by processes, started now if need be; else by those that are there, or by threads.
+        """
+        self.begun[:] = 0
+        left, in_time = list(jobs), True
+        wanted = min(wished(self._settings), len(jobs)) if forked else 0
+        if wanted or self._processes is not None:
+            try:
+                left, in_time = self._over_processes(wanted, do, left, finished, watch)
+            except BaseException:
+                self.end(kill=True)
+                raise
+        return self._over_threads(do, left, finished, watch) and in_time
+
+    def end(self, kill: bool = False) -> None:
+        """Let the processes go."""
+        if self._processes is not None:
+            self._processes.end(kill)
+            self._processes = None
+
+    def _over_threads(self, do: Do, jobs: list[Job], finished: Finished, watch: Watch) -> bool:
+        """Do jobs; whether all came to their end in time."""
+        threads, in_time, waiting = workers(self._settings), True, iter(jobs)
+        pending: set[Future[tuple[Tally, bool]]] = set()
+        with ThreadPoolExecutor(threads, thread_name_prefix="hybrid-tracer") as pool:
+            try:
+                # A short queue: cancelling must not wait for jobs that nobody has begun.
+                while True:
+                    while in_time and len(pending) < 2 * threads and (job := next(waiting, None)) is not None:
+                        pending.add(pool.submit(do, job))
+                    if not pending:
+                        return in_time
+                    complete, pending = wait(pending, POLL_SECONDS, FIRST_COMPLETED)
+                    for future in complete:
+                        tally, ended = future.result()
+                        finished(tally)
+                        in_time &= ended
+                    watch()
+            except BaseException:
+                self.stop.set()
+                raise
+
+    def _over_processes(
+        self, wanted: int, do: Do, jobs: list[Job], finished: Finished, watch: Watch
+    ) -> tuple[list[Job], bool]:
+        """Do jobs; which are left, because they failed, and whether the others were in time.
+
+        wanted : processes at least; 0: those that are there.
+        """
+        processes = self._processes
+        number = wanted if processes is None else max(wanted, processes.number)
+        ahead, waiting = jobs[: 2 * number], iter(jobs[2 * number :])
+        if processes is None or processes.number < wanted:
+            self.end()
+            processes = Forks(wanted, RECORD.size, partial(_do_record, do), (RECORD.pack(*job) for job in ahead))
+            self._processes = processes
+        else:
+            for job in ahead:
+                processes.give(RECORD.pack(*job))
+        asked, in_time = {job.number: job for job in ahead}, True
+        failed: list[Job] = []
+        seen, since = 0, time.perf_counter()
+        while asked:
+            answers = processes.answers(POLL_SECONDS)
+            if answers is None:  # there are none
+                self.end()
+                return [*failed, *asked.values(), *waiting], in_time
+            for number, tally, done in answers:
+                job = asked.pop(number)
+                if done is None:
+                    failed.append(job)
+                else:
+                    finished(tally)
+                    in_time &= done
+                following = next(waiting, None) if in_time else None
+                if following is not None:
+                    asked[following.number] = following
+                    processes.give(RECORD.pack(*following))
+            watch()
+            if not answers:
+                killed = [ended_by for number, ended_by in processes.lost().items() if number in asked]
+                if killed:
+                    raise ForkKilled(killed[0])
+            so_far = self.so_far()
+            if answers or so_far != seen:
+                seen, since = so_far, time.perf_counter()
+            elif time.perf_counter() - since > SLOW_START and not any(self.slot(job)[0] for job in asked.values()):
+                self.end(kill=True)  # none of them has added anything yet
+                return [*failed, *asked.values(), *waiting], in_time
+        return failed if in_time else [], in_time
+
+
+def _do_record(do: Do, record: bytes) -> tuple[Tally, bool]:
+    return do(Job(*RECORD.unpack(record)))

@@ -1,0 +1,205 @@
+"""A scene made ready to trace: recentred geometry, tables, lights, and one primitive set for each kind of ray."""
+
+from __future__ import annotations
+
+import copy
+import threading
+from dataclasses import replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene import Camera, Scene, Settings
+from ..core.cache import MADE_READY, Kept
+from ..core.camera import near_plane
+from ..core.constants import MIRROR_ROUGHNESS
+from ..emitters.lights import CompiledLight
+from ..emitters.raster import Backing
+from ..geometry.aggregate import PrimitiveSet
+from ..geometry.trees import divides
+from .plan import Plan, prepare
+
+
+class Blockers(NamedTuple):
+    """What stands in the way of a light.
+
+    casts  : all of it, but for what changes no light.
+    opaque : (np,) bool, what of it ends a shadow ray; the rest tints it.   tints : there is a rest.
+    hollow : (count + 1,) bool, solids that do not stand in its way; None: all do.
+    """
+
+    casts: PrimitiveSet
+    opaque: NDArray[np.bool_]
+    tints: bool
+    hollow: NDArray[np.bool_] | None = None
+
+
+class CompiledScene:
+    """Everything that worker threads share; read only after construction.
+
+    geometry, media, surfaces, world, lights, plan : see their modules; `lights` holds those that can light anything.
+    lamps : lights that reflected and refracted rays can meet.   linked_lamps : not all of them light everything.
+    seen_by_camera, seen_by_secondary : what camera rays and all later rays can hit.
+    occluders : what hides the world from points, or None: nothing does.
+    backing : what raster-backed hits are looked up in, or None.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        settings: Settings,
+        kept: Kept | None = None,
+        pixels: int | None = None,
+        once: bool = False,
+    ) -> None:
+        """kept: what an earlier frame has left, and what this one leaves. pixels: to be traced; None: all.
+        once: for one picture with this camera and these settings, so that what no ray of it meets is left out."""
+        self.settings, self.arriving = settings, scene.arriving
+        self._kept = Kept(0) if kept is None or "unchanged" in settings.keep else kept
+        self._kept.begin(sum(len(scene.meshes[i.mesh].triangles) for i in scene.instances))
+        prepared = prepare(scene, settings, self._kept, once)
+        self.camera = prepared.camera
+        self.geometry, self.surfaces, self.world = prepared.geometry, prepared.surfaces, prepared.world
+        self.media = prepared.media
+        self.plan: Plan = prepared.plan
+        if self.plan.ambient and self.surfaces.blurs.any():
+            self.world.prepare_glossy(*self.surfaces.blur_roughness)
+        if self.plan.world and settings.rough_samples == 0 and self.surfaces.rough.any():
+            self.world.prepare_glossy(MIRROR_ROUGHNESS, 1.0)
+        self.lights = prepared.lights if self.plan.diffuse or self.plan.specular else []
+        self.lamps = prepared.lamps
+        self.linked_lamps = any(lamp.receives is not None for lamp in self.lamps)
+        x0, y0, x1, y1 = self.camera.window
+        pixels = (x1 - x0) * (y1 - y0) if pixels is None else pixels
+        self._divided = divides(self.geometry, settings.samples, pixels)
+        self._sets: dict[bytes, PrimitiveSet] = {}
+        self._lock = threading.Lock()
+        self._make_sets()
+        self.backing = self._backing(scene) if self.plan.backing else None
+        self._note_kept()
+
+    def _make_sets(self) -> None:
+        g, table = self.geometry, self.surfaces
+        solid = self.media.rank < self.media.count
+        self._solid = solid if len(solid) else np.zeros(len(g.surface), bool)
+        self._culled, self._shadow_culled = (of[g.surface] & ~self._solid for of in (table.culled, table.shadow_culled))
+        self.seen_by_camera = self._set(g.camera)
+        self.seen_by_secondary = self._set(g.secondary if self.plan.secondary else np.zeros_like(g.secondary))
+        hides = g.secondary & ~self.surfaces.transmits[g.surface]
+        self.occluders = self._set(hides) if self.plan.occlusion else None
+        self._all_cast = bool(g.shadow.all())
+        self._make_shadow_sets(g.shadow, np.zeros_like(g.shadow))
+
+    def _make_shadow_sets(self, casts: NDArray[np.bool_], blocks: NDArray[np.bool_]) -> None:
+        """Let the primitives `casts` (np,) cast shadows, and `blocks` (np,) of them opaque ones whatever they are."""
+        g, table = self.geometry, self.surfaces
+        opaque, clear = table.shadow_opaque[g.surface] | blocks, table.shadow_clear[g.surface] & ~blocks
+        if self.media.shadow_absorption is not None:
+            clear = clear & (self.media.rank == self.media.count)  # even a clear solid displaces one that absorbs
+
+        def blockers(members: NDArray[np.bool_], hollow: NDArray[np.bool_] | None = None) -> Blockers:
+            members = members & ~clear
+            seen = self._lit(members).backwards()  # shadow rays go against the light
+            return Blockers(seen, opaque, bool((members & ~opaque).any()), hollow)
+
+        self._blockers = blockers(casts if self.plan.shadows else np.zeros_like(casts))
+        linked = [(light.key, light.blocks) for light in (*self.lights, *self.lamps) if light.blocks is not None]
+        self._linked = {int(key): blockers(casts & blocks, self.media.bounded_by(~blocks)) for key, blocks in linked}
+
+    def blockers(self, light: CompiledLight) -> Blockers:
+        """What casts shadows in the light of a lamp."""
+        return self._blockers if light.blocks is None else self._linked[int(light.key)]
+
+    def casts_shadow(self, light: CompiledLight) -> NDArray[np.bool_] | None:
+        """(np,) the primitives that cast shadows in the light of a lamp; None: all of them."""
+        if light.blocks is not None:
+            return self.geometry.shadow & light.blocks
+        return None if self._all_cast else self.geometry.shadow
+
+    def _backing(self, scene: Scene) -> Backing | None:
+        """What raster-backed hits are looked up in."""
+        if scene.raster is None:
+            return None
+        g = self.geometry
+        veils = g.camera & ~g.ray_traced & self.surfaces.transmits[g.surface]
+        seen = self._set(veils).backwards()  # asked from what is seen to the eye
+        return Backing(scene.camera, scene.raster, self.settings.filter_radius, g, self.surfaces, seen)
+
+    def _set(self, members: NDArray[np.bool_]) -> PrimitiveSet:
+        """What of the primitives `members` (np,) is to be seen."""
+        return self._all(members).without_backs(self._culled)
+
+    def _lit(self, members: NDArray[np.bool_]) -> PrimitiveSet:
+        """What of them is in the way of light."""
+        return self._all(members).without_backs(self._shadow_culled)
+
+    def _all(self, members: NDArray[np.bool_]) -> PrimitiveSet:
+        """A primitive set, built once however many kinds of ray share it."""
+        key = np.packbits(members).tobytes()
+        if key not in self._sets:
+            self._sets[key] = PrimitiveSet(self.geometry, members, self._kept, self._divided)
+        return self._sets[key]
+
+    def _note_kept(self) -> None:
+        """What of an earlier frame could be used."""
+        what = self._kept.found
+        found = [{"what": w, "why": "unchanged since the last frame", "count": n} for w, n in what.items() if n]
+        self.plan.applies["unchanged"] = bool(found)
+        self.plan.saved["unchanged"] = what[MADE_READY]
+        self.plan.skipped.extend(found)
+
+    def seen_from(self, camera: Camera, settings: Settings) -> CompiledScene:
+        """The same scene for another camera and other samples, depth or cutoff; `see` and `transparent` must agree, and
+        it must not have been made ready to be used `once`."""
+        other = copy.copy(self)
+        other.camera, other.settings = camera, settings
+        return other
+
+    def raster_view(self, shadowed: bool) -> CompiledScene:
+        """What a rasteriser draws: all but the flagged objects, with the shadows that these cast on it or without.
+
+        With photons, no shadow ray goes through what they are to bend.
+        """
+        other = self.seen_from(self.camera, replace(self.settings, see="RASTER", adaptive=0.0, passes=frozenset()))
+        g = self.geometry
+        other.seen_by_camera = self._set(g.camera & ~g.ray_traced)
+        secondary = g.secondary & ~g.ray_traced
+        other.seen_by_secondary = self._set(secondary if self.plan.secondary else np.zeros_like(secondary))
+        other.backing = other.occluders = None  # the raster is what is being worked out
+        bends = g.ray_traced & self.surfaces.refracts[g.surface]
+        blocks = bends if self.settings.caustics == "PHOTONS" else np.zeros_like(bends)
+        if blocks.any() or not shadowed:
+            other._make_shadow_sets(g.shadow if shadowed else g.shadow & ~g.ray_traced, blocks)
+        return other
+
+    def photon_targets(self) -> tuple[PrimitiveSet, PrimitiveSet]:
+        """What photons are sent to, and all that they may meet on their ways from there."""
+        g = self.geometry
+        casters = g.shadow & g.ray_traced
+        return self._lit(casters), self._lit(casters | ((g.shadow | g.camera) & ~g.ray_traced))
+
+    @cached_property
+    def solids(self) -> PrimitiveSet:
+        """The surfaces of all solids, to find those around the camera; built when first asked for."""
+        with self._lock:
+            return self._set(self._solid)
+
+    @cached_property
+    def flagged_only(self) -> PrimitiveSet:
+        """What camera rays see when everything that is not flagged steps aside; built when first asked for."""
+        with self._lock:
+            return self._set(self.geometry.camera & self.geometry.ray_traced)
+
+    @property
+    def camera_in_solid(self) -> bool:
+        """Whether the camera may be in a solid."""
+        return self.media.rows > 0 and self.media.meet(*near_plane(self.camera, self.geometry.center))
+
+    def build_all(self) -> None:
+        """Build now what is built when first asked for: a forked process cannot."""
+        if self.plan.shadows and self.geometry.normals is not None:
+            _ = self.geometry.heights
+        if self.camera_in_solid:
+            _ = self.solids

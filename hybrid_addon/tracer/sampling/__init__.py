@@ -1,0 +1,1 @@
+"""Which samples are traced, when, and where they stop."""

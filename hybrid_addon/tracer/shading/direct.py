@@ -1,0 +1,193 @@
+"""Local shading: ambient, diffuse and Phong light of hits, with shadows (`shadows`).
+
+Llocal = ambient base_color E_world / pi + sum over lights (diffuse base_color / pi + Phong) E_light visibility
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene import Float32
+from ..core.constants import MIRROR_ROUGHNESS
+from ..core.stats import Tally
+from ..core.vectors import Index, add, count, dot, flatnonzero, no_brighter, select, take
+from ..emitters.lights import CompiledLight, Illumination, illuminate
+from ..prepare.compiled import CompiledScene
+from .interaction import Interaction
+from .ltc import Lobe, ggx_lobe, highlight
+from .occlusion import open_share
+from .scattering import above, half_way, mirrored, phong, schlick
+from .shadows import TOGETHER, Origins, visible_shares
+
+PI, INVERSE_PI = np.float32(np.pi), np.float32(1 / np.pi)
+
+
+Cut = Callable[[Float32], NDArray[np.intp]]
+"""Asked which of the hits do without a light that brings them shares (3, n) of what a white wall would send on."""
+
+
+@dataclass(eq=False)
+class _Receivers:
+    """Hits, and what all lights ask of them.
+
+    point   : (3, n) float32.   diffuse : (3, n) float32, albedo over pi with its weights.
+    glossy  : rough lobes: which hits have one, its colour (3, m) or (m,), and its shape.
+    """
+
+    hit: Interaction
+    point: Float32
+    diffuse: Float32
+    glossy: list[tuple[Index, Float32, Lobe]]
+
+
+def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cut | None = None) -> Float32:
+    """Llocal (3, n) of hits, seen along wo. Surfaces shade on both sides: normals are on the side of wo."""
+    plan, color = scene.plan, hit.value("base_color")
+    radiance = np.zeros(color.shape, np.float32)
+    if plan.ambient:
+        _add_ambient(scene, hit, color, radiance, tally)
+        radiance *= np.float32(scene.arriving.indirect)
+    ambient = radiance.copy() if np.isfinite(scene.arriving.direct_limit) else None
+    if plan.diffuse or plan.specular:
+        diffuse = color * (hit.value("diffuse") * INVERSE_PI)
+        glossy = _glossy(hit) if plan.specular else []
+        receivers = _Receivers(hit, hit.point.astype(np.float32), diffuse, glossy)
+        origins = Origins(scene.geometry, hit)
+        # Few hits ask for the shadows of several lights at once: see TOGETHER.
+        asked: list[_Lit] = []
+        for light in scene.lights:
+            asked.append(_lit_by(scene, receivers, light, tally, cut))
+            if sum(len(lit) for lit in asked) > TOGETHER:
+                _add_lit(scene, hit, origins, asked, radiance, tally)
+                asked = []
+        _add_lit(scene, hit, origins, asked, radiance, tally)
+    return radiance if ambient is None else ambient + no_brighter(radiance - ambient, scene.arriving.direct_limit)
+
+
+@dataclass(eq=False)
+class _Lit:
+    """The hits `wanted` that a light may reach, and what each would get of it, (3, m), if nothing is in between.
+
+    traces : shadow rays are to tell.
+    """
+
+    light: CompiledLight
+    wanted: Index
+    arriving: Float32
+    traces: bool
+
+    def __len__(self) -> int:
+        return self.arriving.shape[1]
+
+
+def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, tally: Tally, cut: Cut | None) -> _Lit:
+    """What would arrive from one light. Shadow rays tell whether it comes through the back of a smooth triangle."""
+    hit = receivers.hit
+    lit = illuminate(light, receivers.point, hit.n_shading, hit.offset)
+    arriving = np.asarray(receivers.diffuse * (lit.diffuse * np.float32(light.light.diffuse)), np.float32)
+    if scene.plan.specular and light.light.specular != 0:
+        _add_phong(hit, lit, light, arriving)
+        for index, color, lobe in receivers.glossy:
+            point, normal = take(receivers.point, index), take(hit.n_geometric, index)
+            seen = highlight(light, point, normal, lobe, take(hit.offset, index))
+            add(arriving, index, color * (seen * np.float32(light.light.specular)))
+    if light.light.cast_shadow and hit.n_shading is not hit.n_geometric:
+        # What casts no shadow, not even on itself, gets no light through its back: a flat one asked for none.
+        casts = scene.casts_shadow(light)
+        if casts is not None:
+            is_flat = (hit.n_shading == hit.n_geometric).all(axis=0)
+            arriving *= is_flat | (dot(lit.wi, hit.n_geometric) > 0) | casts.take(hit.prim)
+
+    if light.receives is not None:
+        arriving *= light.receives.take(hit.prim)
+
+    # Shadow rays are traced only where something would arrive, and enough of it.
+    traces = light.light.cast_shadow and scene.plan.shadows
+    arrives = (arriving != 0).any(axis=0) | scene.plan.unlit
+    if traces and cut is not None:
+        faint = cut(np.asarray(arriving * (PI / lit.specular), np.float32))
+        arrives[faint] = False
+        tally.add("shadow_cut", len(faint))
+    wanted = select(arrives)
+    chosen = take(arriving, wanted)
+    chosen *= light.color
+    if traces:
+        tally.add("shadow_not_needed", len(hit.prim) - chosen.shape[1])
+    return _Lit(light, wanted, chosen, traces)
+
+
+def _add_lit(
+    scene: CompiledScene, hit: Interaction, origins: Origins, asked: list[_Lit], radiance: Float32, tally: Tally
+) -> None:
+    """Add what arrives of some lights, through all that is in between, to radiance (3, n)."""
+    shares = visible_shares(scene, hit, origins, [(lit.light, lit.wanted) for lit in asked if lit.traces], tally)
+    for lit in asked:
+        wanted, chosen = lit.wanted, lit.arriving
+        if lit.traces:
+            visible = next(shares)
+            chosen *= visible
+            if hit.lit is not None:
+                hit.lit[wanted] += lit.light.key * (visible > 0 if visible.ndim == 1 else (visible > 0).any(axis=0))
+        add(radiance, wanted, chosen)
+
+
+def _add_ambient(scene: CompiledScene, hit: Interaction, color: Float32, radiance: Float32, tally: Tally) -> None:
+    """Add the light of the world: what is diffuse, and its blurred image in the reflections that no ray follows.
+
+    color : (3, n), base_color of the hits.
+    """
+    lit = select(hit.table.shades_ambient.take(hit.surface))
+    if count(lit, len(hit.prim)):
+        color = take(color, lit) * hit.value("ambient", lit)
+        color = color * scene.world.irradiance_over_pi(take(hit.n_shading, lit))
+        if scene.occluders is not None and hit.draws is not None:
+            color *= open_share(scene, scene.occluders, hit, lit, tally)
+        add(radiance, lit, color)
+    blurred = select(hit.table.blurs.take(hit.surface))
+    if count(blurred, len(hit.prim)) == 0:
+        return
+    wo, n = take(hit.wo, blurred), take(hit.n_shading, blurred)
+    for name in ("lobe", "coat"):
+        weight = hit.value(f"{name}_blurred", blurred)
+        rough = flatnonzero(weight if weight.ndim == 1 else weight.any(axis=0))
+        if len(rough):
+            index = rough if isinstance(blurred, slice) else take(blurred, rough)
+            wide = hit.value(f"{name}_roughness", index)
+            image = scene.world.glossy(mirrored(take(wo, rough), take(n, rough), wide), wide)
+            add(radiance, index, take(weight, rough) * image)
+
+
+def _glossy(hit: Interaction) -> list[tuple[Index, Float32, Lobe]]:
+    """The rough lobes of layered surfaces that lamps may light: of the base, then of the coat."""
+    shines = hit.table.layered.take(hit.surface) & hit.has_highlight
+    shines &= hit.table.shades_specular.take(hit.surface)
+    found = []
+    for name in ("lobe", "coat") if shines.any() else ():
+        weight, roughness = hit.value(name), hit.value(f"{name}_roughness")
+        has_weight = weight != 0 if weight.ndim == 1 else (weight != 0).any(axis=0)
+        index = select(shines & has_weight & (roughness > MIRROR_ROUGHNESS))
+        if count(index, len(shines)):
+            lobe = ggx_lobe(take(hit.wo, index), take(hit.n_shading, index), take(roughness, index))
+            found.append((index, take(weight, index), lobe))
+    return found
+
+
+def _add_phong(hit: Interaction, lit: Illumination, light: CompiledLight, arriving: Float32) -> None:
+    """Add Phong's highlight to arriving (3, n): only where a surface has one and faces the light."""
+    table = hit.table
+    wo, cos_o = above(hit.wo, hit.n_shading, hit.cos_o)
+    shines = (lit.specular > 0) & (lit.cosine > 0)
+    shines &= table.shades_specular.take(hit.surface) & ~table.layered.take(hit.surface)
+    index = select(shines)
+    if count(index, len(shines)) == 0:
+        return
+    cos_i, cos_o = take(lit.cosine, index), take(cos_o, index)
+    sin2_h, wo_h = half_way(take(lit.wi, index), take(wo, index), take(hit.n_shading, index))
+    lobe = phong(sin2_h, cos_i, cos_o, wo_h, hit.value("exponent", index))
+    color = schlick(hit.value("specular", index), wo_h) * lobe
+    color *= take(lit.specular, index) * np.float32(light.light.specular)
+    add(arriving, index, color)

@@ -1,0 +1,122 @@
+"""Surfaces that vary: what their hits look like, by their cosines and by what the expressions give there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...expressions import Evaluation
+from ...scene import Float32, Float64, Surface
+from ..core.vectors import ALL, Array, Index, dot, flatnonzero, take, write
+from ..geometry.aggregate import Hits
+from ..geometry.flatten import Geometry
+from ..materials.columns import CROSSING, HitValues, plain_columns
+from ..materials.fields import fields_of, limited
+from ..materials.principled import layered_columns
+from ..materials.surfaces import SurfaceTable
+from ..materials.tabulated import factors
+from .hit_data import HitData
+from .interaction import Interaction
+
+Bools = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
+
+
+def resolve(geometry: Geometry, at: Interaction, distance: Float64) -> Interaction:
+    """The hits with values of their own where their surfaces vary, and normal maps applied.
+
+    distance : (n,) along the rays.
+    """
+    if not at.table.varies.take(at.surface).any():
+        return at
+    worn = _worn(geometry, at.table, at.prim, at.surface, at.point, at.entering, at.n_shading, at.wo, distance)
+    n_shading = _turned(worn, at.n_shading)
+    cos = np.maximum(dot(at.wo, n_shading), 0)  # one that looks away from the eye is seen edge on
+    values = _with_expressions(at.table, worn, at.table.tabulated.look_up(at.surface, cos), cos)
+    return replace(at, values=values, n_shading=n_shading)
+
+
+def resolve_crossings(
+    geometry: Geometry, table: SurfaceTable, told: Numbers, hits: Hits, origin: Float32, wi: Float32, seen: HitValues
+) -> HitValues:
+    """The values `seen` of n points where shadow rays cross primitives, with what expressions tell of some.
+
+    told             : (m,) of which.
+    hits, origin, wi : of these, and their rays (3, m). Of columns there are the rows CROSSING alone.
+    """
+    prim, cos = hits.prim.astype(np.intp), np.abs(hits.toward)
+    normal = hits.normal * -np.sign(hits.toward).astype(np.float32)
+    worn = _worn(
+        geometry, table, prim, geometry.surface.take(prim), origin + wi * hits.t, hits.toward < 0, normal, -wi,
+        np.zeros(len(prim)), told,
+    )  # fmt: skip
+    cosines = np.zeros(len(seen.place))
+    cosines[told] = cos
+    return _with_expressions(table, worn, seen, cosines, crossing=True)
+
+
+@dataclass(frozen=True, eq=False)
+class _Worn:
+    """A surface with expressions and the hits on it."""
+
+    number: int
+    surface: Surface
+    hits: Numbers
+    data: HitData
+    evaluate: Evaluation
+
+
+def _worn(
+    geometry: Geometry, table: SurfaceTable, prim: Numbers, surface: Numbers, point: Float64, entering: Bools,
+    normal: Float32, wo: Float32, distance: Float64, among: Index = ALL,
+) -> list[_Worn]:  # fmt: skip
+    """The surfaces with expressions among those of n hits, which are the hits `among` some others."""
+    found = []
+    met = flatnonzero(np.bincount(surface, minlength=len(table.expressive)))
+    for number in met[table.expressive[met]].tolist():
+        hits = flatnonzero(surface == number)
+        data = HitData(geometry, number, prim, point, entering, normal, wo, distance, hits)
+        hits = hits if isinstance(among, slice) else take(among, hits)
+        found.append(_Worn(number, table.surfaces[number], hits, data, Evaluation(data)))
+    return found
+
+
+def _turned(worn: list[_Worn], n_shading: Float32) -> Float32:
+    """Shading normals (3, n) with normal maps applied. These may look away from the eye, as in EEVEE and Cycles."""
+    mapped = [one for one in worn if one.surface.normal is not None]
+    result = n_shading.copy() if mapped else n_shading
+    for one in mapped:
+        assert one.surface.normal is not None
+        write(result, one.hits, one.data.unit_normal(one.evaluate(one.surface.normal)))
+    return result
+
+
+def _with_expressions(
+    table: SurfaceTable, worn: list[_Worn], values: HitValues, cos: Array, crossing: bool = False
+) -> HitValues:
+    """The values of n hits, seen at `cos`, with what expressions tell. crossing: the rows CROSSING alone."""
+    scaled = [one for one in worn if table.tabulated.known[one.number]]
+    factor: dict[str, Float32] = {}
+    for one in () if crossing else scaled:
+        for name in factors(one.surface):
+            scale = factor.setdefault(name, np.ones((3, len(cos)), np.float32))
+            color = limited(name, one.evaluate(getattr(one.surface, name)))
+            write(scale, one.hits, np.broadcast_to(color, (3, len(one.hits))))
+    own = [one for one in worn if not table.tabulated.known[one.number]]
+    if not own:
+        return replace(values, factors=factor)
+    columns, place = values.columns, values.place.copy()
+    rows = CROSSING if crossing else slice(None)
+    found = [columns.values[rows]]
+    start = columns.values.shape[1]
+    for one in own:
+        fields = fields_of(one.surface, one.evaluate, table.known[crossing][one.number])
+        angle = take(cos, one.hits).astype(np.float64)
+        own_columns = layered_columns(fields, angle) if one.surface.layered else plain_columns(fields, len(angle))
+        found.append(own_columns[rows])
+        place[one.hits] = start + np.arange(len(angle))
+        start += len(angle)
+    columns = replace(columns, values=np.concatenate(found, axis=1))
+    return replace(values, columns=columns, place=place, factors=factor)

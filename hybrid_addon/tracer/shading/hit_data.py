@@ -1,0 +1,183 @@
+"""What expressions read at hits: images, and the interpolated data of a mesh's corners."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene import Float32, Float64, Texture
+from ..core.constants import BUMP_STEP
+from ..core.vectors import (
+    ALL,
+    Array,
+    Index,
+    count,
+    cross,
+    dot,
+    flatnonzero,
+    orthonormal_basis,
+    select,
+    signs,
+    take,
+    write,
+)
+from ..geometry.aggregate import barycentrics
+from ..geometry.flatten import Geometry
+from ..materials.textures import sample_texture
+
+Numbers = NDArray[np.intp]
+
+
+class HitData:
+    """n hits, all on surface `surface` of the scene (expressions.Hits). What nobody reads of them is not gathered.
+
+    prim, point : (n,) and (3, n).   entering : (n,) bool, seen from the primitive's outer side.
+    normal, wo  : (3, n) shading normal on the side of wo, and the direction to the eye.
+    distance    : (n,) metres that the ray came.
+    """
+
+    def __init__(
+        self, geometry: Geometry, surface: int, prim: Numbers, point: Float64, entering: NDArray[np.bool_],
+        normal: Float32, wo: Float32, distance: Float64, index: Index = ALL,
+    ) -> None:  # fmt: skip
+        """The hits `index` of those that the arrays are of."""
+        self.geometry, self.surface, self.prim = geometry, surface, take(prim, index)
+        self._of_all = {"point": point, "entering": entering, "normal": normal, "wo": wo, "distance": distance}
+        self._index = index
+        self._layout = geometry.layouts[surface] if geometry.layouts else {}
+
+    @cached_property
+    def point(self) -> Float64:  # noqa: D102 (see the class)
+        return take(self._of_all["point"], self._index)
+
+    @cached_property
+    def entering(self) -> NDArray[np.bool_]:  # noqa: D102
+        return take(self._of_all["entering"], self._index)
+
+    @cached_property
+    def normal(self) -> Float32:  # noqa: D102
+        return take(self._of_all["normal"], self._index)
+
+    @cached_property
+    def wo(self) -> Float32:  # noqa: D102
+        return take(self._of_all["wo"], self._index)
+
+    @cached_property
+    def distance(self) -> Float64:  # noqa: D102
+        return take(self._of_all["distance"], self._index)
+
+    def image(self, texture: Texture, uv: Array | None) -> Float32:
+        """RGBA (4, n)."""
+        u, v = self._coordinates("uv:" + texture.uv_map) if uv is None else uv[:2]
+        return sample_texture(texture, u, v)
+
+    def attribute(self, key: str) -> Float32:
+        """(width, n) float32: what the hit itself knows, or data of the mesh's corners, interpolated; else 0.
+
+        Of a tangent all four rows change sign on the inner side: with the normal, which is on the side of wo, they make
+        the frame of the outer side turned around, as in EEVEE.
+        """
+        own = self._OWN.get(key)
+        if own is not None:
+            return np.asarray(own(self), np.float32)
+        if key.startswith("uv:"):
+            return np.stack([*self._coordinates(key), np.zeros(len(self.prim))]).astype(np.float32)
+        found = self._interpolated(key).astype(np.float32)
+        return found * signs(self.entering) if key.startswith("tangent:") else found
+
+    _OWN: ClassVar[dict[str, Callable[[HitData], Array]]] = {
+        "position": lambda hits: hits.point + hits.geometry.center[:, None],
+        "normal": lambda hits: hits.normal,
+        "interpolated_normal": lambda hits: hits.normal * hits._shortened,
+        "incoming": lambda hits: hits.wo,
+        "backfacing": lambda hits: ~hits.entering[None],
+        "cosine": lambda hits: dot(hits.normal, hits.wo)[None],
+    }
+
+    @property
+    def _shortened(self) -> Float32:
+        """(n,) length of the shading normal that is interpolated: 1 at the corners, less between those that differ."""
+        of_corners = self.geometry.normals
+        result = np.ones(len(self.prim), np.float32)
+        smooth = flatnonzero(self.geometry.smooth.take(self.prim))
+        if of_corners is None or len(smooth) == 0:
+            return result
+        u, v = barycentrics(self.geometry, self.prim[smooth], self.point[:, smooth])
+        corner = of_corners.take(self.prim[smooth], axis=0).T
+        n = corner[0:3] * (1 - u - v) + corner[3:6] * u + corner[6:9] * v
+        result[smooth] = np.sqrt(dot(n, n))
+        return result
+
+    def gradient(self, value: Callable[[HitData], Array]) -> Float64:
+        """(3, n): how a number (1, n) grows along the surface, for each metre; over a step of about a pixel.
+
+        Seen from the inner side it is turned around, with the normal: what rises outwards is a hollow from within.
+        """
+        normal = self.normal.astype(np.float64)
+        axis = np.where(np.abs(normal[0]) < 0.5, 1.0, 0.0)
+        first = cross(normal, np.stack([axis, 1 - axis, np.zeros_like(axis)]))
+        first /= np.sqrt(dot(first, first))
+        step, here = np.maximum(self.distance * BUMP_STEP, np.finfo(float).tiny), value(self)
+        result = np.zeros((3, len(self.prim)))
+        for direction in (first, cross(normal, first)):
+            there = HitData(
+                self.geometry, self.surface, self.prim, self.point + direction * step, self.entering, self.normal,
+                self.wo, self.distance,
+            )  # fmt: skip
+            result += direction * ((value(there)[0].astype(np.float64) - here[0]) / step)
+        return result * signs(self.entering)
+
+    def unit_normal(self, n: Array) -> Float32:
+        """Vectors (3, n) as unit normals, whichever way they look; where there is none the shading normal stays."""
+        length = np.sqrt(dot(n, n))
+        usable = (length > 0) & np.isfinite(length)
+        return np.where(usable, n / np.where(usable, length, 1), self.normal).astype(np.float32)
+
+    @cached_property
+    def _weights(self) -> tuple[Index, Float64]:
+        """The hits on triangles and their barycentrics (3, m)."""
+        on_mesh = select(self.prim < self.geometry.triangle_count)
+        weights = np.empty((3, count(on_mesh, len(self.prim))))
+        weights[1:] = barycentrics(self.geometry, take(self.prim, on_mesh), take(self.point, on_mesh))
+        np.subtract(1 - weights[1], weights[2], out=weights[0])
+        return on_mesh, weights
+
+    def _interpolated(self, key: str) -> Float64:
+        start, width = self._layout.get(key, (0, 0))
+        data = self.geometry.corner_data
+        result = np.zeros((width or 3, len(self.prim)))
+        if width == 0 or data is None:
+            return result
+        on_mesh, weights = self._weights
+        corner = data.take(take(self.prim, on_mesh), axis=0).T.reshape(3, data.shape[1] // 3, -1)
+        found, second, third = corner[:, start : start + width]
+        found = found * weights[0]
+        found += second * weights[1]
+        found += third * weights[2]
+        write(result, on_mesh, found)
+        return result
+
+    def _coordinates(self, key: str) -> tuple[Float64, Float64]:
+        """u, v (n,) from the UV map of triangles, longitude and latitude on spheres, metres on planes."""
+        geometry, prim, point = self.geometry, self.prim, self.point
+        nt, ns = geometry.triangle_count, geometry.sphere_count
+        u, v = self._interpolated(key)[:2]
+        on_sphere = flatnonzero((prim >= nt) & (prim < nt + ns))
+        if len(on_sphere):
+            x, y, z = point[:, on_sphere] - geometry.sphere_center[prim[on_sphere] - nt].T
+            u[on_sphere] = 0.5 + np.arctan2(y, x) / (2 * np.pi)
+            v[on_sphere] = 0.5 + np.arctan2(z, np.sqrt(x * x + y * y)) / np.pi
+        on_plane = flatnonzero(prim >= nt + ns)
+        if len(on_plane):
+            u[on_plane], v[on_plane] = _plane_coordinates(geometry.facets[prim[on_plane], :3].T, point[:, on_plane])
+        return u, v
+
+
+def _plane_coordinates(normal: Float64, point: Float64) -> tuple[Float64, Float64]:
+    """Coordinates along two axes of a plane; for a floor along x and y."""
+    tangent, bitangent = orthonormal_basis(normal)
+    return dot(tangent, point), dot(bitangent, point)

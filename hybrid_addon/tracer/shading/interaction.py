@@ -1,0 +1,195 @@
+"""What a hit knows: its point, normals and surface, recomputed in float64 from the exact float32 geometry."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene import Float32, Float64
+from ..core.constants import FROSTED_ROUGHNESS
+from ..core.rays import Rays, offset_origin, origin_offset
+from ..core.sampler import Draws
+from ..core.vectors import ALL, Index, count, dot, most, put, select, signs, take
+from ..geometry.aggregate import Hits, barycentrics
+from ..geometry.flatten import Geometry
+from ..materials.columns import HitValues
+from ..materials.surfaces import SurfaceTable
+from ..media.near import Sides
+
+Numbers = NDArray[np.intp]
+
+
+@dataclass(eq=False)
+class Interaction:
+    """n hits, seen from where their rays come from: normals are turned to the side of `wo`.
+
+    prim        : (n,) intp
+    table       : the scene's surfaces
+    surface     : (n,) intp, which of them
+    values      : their numbers of the surface model
+    entering    : (n,) bool, the ray comes from the primitive's outer side
+    point       : (3, n) float64, in the primitive's plane
+    n_geometric : (3, n) float32
+    n_shading   : (3, n) float32; the same array where nothing is smooth
+    weights     : (2, n) float64, barycentrics of the second and third corner on smooth triangles; None: none is smooth
+    wo          : (3, n) float32, back along the ray
+    offset      : (n,) float32, how far off the surface new rays start
+    outer       : (3, n) float32, origin of new rays on the side of wo
+    media       : (rows, n) int32, solids around the hit on the side of wo; None: nothing absorbs, nobody asks
+    lit         : (n,) uint32, sum of the keys of the lights that reach it; None: nobody asks
+    draws       : its random numbers; None: shadows are hard
+    cut         : (n,) bool, a shadow ray of it was not followed to its light; None: nobody asks
+    sides       : the media around hits where more than one surface is passed; None: nowhere
+    """
+
+    prim: Numbers
+    table: SurfaceTable
+    surface: Numbers
+    values: HitValues
+    entering: NDArray[np.bool_]
+    point: Float64
+    n_geometric: Float32
+    n_shading: Float32
+    weights: Float64 | None
+    wo: Float32
+    offset: Float32
+    outer: Float32
+    media: NDArray[np.int32] | None = None
+    lit: NDArray[np.uint32] | None = None
+    draws: Draws | None = None
+    cut: NDArray[np.bool_] | None = None
+    sides: Sides | None = None
+
+    @cached_property
+    def cos_o(self) -> Float32:
+        """(n,) cosine between the shading normal and wo."""
+        return dot(self.wo, self.n_shading)
+
+    @cached_property
+    def has_highlight(self) -> NDArray[np.bool_]:
+        """(n,) whether lamps light its reflection straight: not from within what bends their light on its way."""
+        return self.entering | ~self.table.refracts.take(self.surface)
+
+    @cached_property
+    def glows(self) -> NDArray[np.bool_]:
+        """(n,) whether lamps light what it refracts: out of rough glass, seen from within."""
+        rough = self.table.rough.take(self.surface) & (self.value("lobe_roughness") > FROSTED_ROUGHNESS)
+        return ~self.entering & self.table.refracts.take(self.surface) & rough
+
+    def value(self, name: str, index: Index = ALL) -> Float32:
+        """Numbers (m,) or (3, m) of the surface model (columns.WIDTHS) for the hits `index`; not to be written to."""
+        return self.values.value(name, index)
+
+    def inner(self, index: Index) -> Float32:
+        """Origins (3, m) of new rays on the far side, for the hits `index`."""
+        return offset_origin(take(self.point, index), take(self.n_geometric, index), -take(self.offset, index))
+
+    def take(self, index: Index) -> Interaction:
+        """The hits `index`, in that order."""
+        if isinstance(index, slice) and index == slice(None):
+            return self
+        flat = self.n_shading is self.n_geometric
+        n_geometric = take(self.n_geometric, index)
+        return Interaction(
+            prim=take(self.prim, index),
+            table=self.table,
+            surface=take(self.surface, index),
+            values=self.values.take(index),
+            entering=take(self.entering, index),
+            point=take(self.point, index),
+            n_geometric=n_geometric,
+            n_shading=n_geometric if flat else take(self.n_shading, index),
+            weights=None if self.weights is None else take(self.weights, index),
+            wo=take(self.wo, index),
+            offset=take(self.offset, index),
+            outer=take(self.outer, index),
+            media=None if self.media is None else take(self.media, index),
+            lit=None if self.lit is None else take(self.lit, index),
+            draws=None if self.draws is None else self.draws.take(index),
+            cut=None if self.cut is None else take(self.cut, index),
+            sides=None if self.sides is None else self.sides.take(index),
+        )
+
+
+def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays) -> Interaction:
+    """Recompute the hits, none of them a miss, of rays."""
+    prim = hits.prim.astype(np.intp)
+    surface = geometry.surface.take(prim)
+    entering = hits.toward < 0
+    point = rays.direction * hits.t
+    point += rays.origin
+    n_geometric = hits.normal * signs(entering)
+    offset = origin_offset(point.astype(np.float32), geometry.extent.take(prim))
+    n_shading, weights = _shading_normal(geometry, prim, point, n_geometric, entering)
+    return Interaction(
+        prim=prim,
+        table=table,
+        surface=surface,
+        values=HitValues(table.columns, surface),
+        entering=entering,
+        point=point,
+        n_geometric=n_geometric,
+        n_shading=n_shading,
+        weights=weights,
+        wo=-rays.direction.astype(np.float32, copy=False),
+        offset=offset,
+        outer=offset_origin(point, n_geometric, offset),
+    )
+
+
+def _shading_normal(
+    geometry: Geometry, prim: Numbers, point: Float64, n_geometric: Float32, entering: NDArray[np.bool_]
+) -> tuple[Float32, Float64 | None]:
+    """Interpolated normals (3, n) on the side of n_geometric, itself where a triangle is flat; and their weights."""
+    if geometry.normals is None:
+        return n_geometric, None
+    is_smooth = geometry.smooth.take(prim)
+    smooth = most(is_smooth)
+    if count(smooth, len(prim)) == 0:
+        return n_geometric, None
+    weights = barycentrics(geometry, take(prim, smooth), take(point, smooth))
+    u, v = weights.astype(np.float32)
+    corner = np.ascontiguousarray(geometry.normals.take(take(prim, smooth), axis=0, mode="clip").T)
+    n = corner[0:3] * (1 - weights[0] - weights[1]).astype(np.float32)
+    n += corner[3:6] * u
+    n += corner[6:9] * v
+    length = np.maximum(np.sqrt(dot(n, n)), np.finfo(np.float32).tiny)
+    n *= signs(take(entering, smooth)) / length
+    # A normal that vanishes or points into its own surface tells nothing: the geometric one then.
+    facing = take(n_geometric, smooth)
+    np.copyto(n, facing, where=~(take(is_smooth, smooth) & (dot(n, facing) > 0)))
+    return put(n_geometric, smooth, n), put(np.zeros((2, len(prim))), smooth, weights)
+
+
+def shadow_origin(geometry: Geometry, hit: Interaction, index: Index) -> Float32:
+    """Where shadow rays of the hits `index` start, (3, m): off the surface, on smooth triangles off the curved one.
+
+    The curved one is what the triangle stands for.
+
+    Otherwise coarse facets shadow each other along the terminator. Hanika, Hacking the Shadow Terminator (Ray Tracing
+    Gems II, 2021): P' = P + sum b_i max(0, (v_i - P).n_i) n_i, towards the tangent planes of the corners.
+    """
+    outer, prim = take(hit.outer, index), take(hit.prim, index)
+    if hit.weights is None or geometry.normals is None:
+        return outer
+    smooth = select(geometry.smooth.take(prim))
+    if count(smooth, len(prim)) == 0:
+        return outer
+    on_smooth = smooth if isinstance(index, slice) else take(index, smooth)
+    prim, point = take(prim, smooth), take(hit.point, on_smooth)
+    place, sign = point.astype(np.float32), signs(take(hit.entering, on_smooth))
+    u, v = take(hit.weights, on_smooth).astype(np.float32)
+    normals = np.ascontiguousarray(geometry.normals.take(prim, axis=0).T)
+    heights = geometry.heights.take(prim, axis=0).T
+    # What is lifted is small, and may be an ulp of the place too much: float32 will do.
+    lifted = take(hit.n_geometric, on_smooth) * take(hit.offset, on_smooth)
+    for i, weight in enumerate((1 - u - v, u, v)):
+        n = normals[3 * i : 3 * i + 3]
+        above = (heights[i] - dot(n, place)) * sign
+        np.maximum(above, 0, out=above)
+        above *= weight * sign
+        lifted += n * above
+    return put(outer, smooth, (lifted + point).astype(np.float32))

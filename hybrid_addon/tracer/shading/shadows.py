@@ -1,0 +1,271 @@
+"""What shadow rays let through: from hits to points of lights, tinted by what is not opaque."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene import Float32
+from ..core.constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
+from ..core.rays import offset_origin, origin_offset, traceable
+from ..core.stats import Tally
+from ..core.vectors import ALL, Array, Index, count, flatnonzero, select, take, write
+from ..emitters.lights import CompiledLight, shadow_rays
+from ..geometry.aggregate import Hits
+from ..geometry.flatten import Geometry
+from ..media.nested import Stack, transmittance
+from ..prepare.compiled import Blockers, CompiledScene
+from .evaluate import resolve_crossings
+from .interaction import Interaction, shadow_origin
+from .scattering import both_faces, fresnel_dielectric, simple_caustic
+
+Bools = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
+
+TOGETHER = 1 << 13
+"""Shadow rays, of several lights or points of lights, that are followed at once. A question costs a millisecond however
+few they are; of many the work is most of the time, and wants the cache."""
+
+
+class Origins:
+    """Where shadow rays start: worked out for hits when a light first asks for them."""
+
+    def __init__(self, geometry: Geometry, hit: Interaction) -> None:
+        self.geometry, self.hit = geometry, hit
+        self.known = np.zeros(len(hit.prim), bool)
+        self.origin = np.empty(hit.outer.shape, np.float32)
+
+    def work_out(self, indices: list[Index]) -> None:
+        """Those of the hits of all these indices."""
+        if self.hit.weights is None:
+            self.origin = self.hit.outer
+            return
+        asked = np.zeros(len(self.known), bool)
+        for index in indices:
+            asked[index] = True
+        new = select(asked & ~self.known)
+        write(self.origin, new, shadow_origin(self.geometry, self.hit, new))
+        self.known |= asked
+
+
+@dataclass(eq=False)
+class _Beam:
+    """Shadow rays from the hits `wanted` to one point of a light.
+
+    inside : (m,) bool, they start behind surfaces that transmit.
+    media  : (rows, m), the solids around their origins.
+    """
+
+    blockers: Blockers
+    wanted: Index
+    origin: Float32
+    inside: Bools
+    wi: Float32
+    distance: Float32
+    media: Stack | None
+
+    def __len__(self) -> int:
+        return self.origin.shape[1]
+
+
+def visible_shares(
+    scene: CompiledScene, hit: Interaction, origins: Origins, asked: list[tuple[CompiledLight, Index]], tally: Tally
+) -> Iterator[Array]:
+    """What share, (m,) or (3, m), of each light gets to the hits that it may reach: the mean over shadow samples.
+
+    Marks are left in hit.cut where a shadow ray is not followed to its end.
+    """
+    origins.work_out([wanted for _, wanted in asked])
+    squares = [_samples(scene, hit, light) for light, _ in asked]
+    beams = (
+        beam
+        for (light, wanted), n in zip(asked, squares, strict=True)
+        for beam in _beams(scene, hit, light, wanted, take(origins.origin, wanted), n)
+    )
+    seen = _visibilities(scene, hit, beams, tally)
+    for n in squares:
+        yield next(seen) if n <= 1 else np.asarray(sum(islice(seen, n)) / np.float32(n), np.float32)
+
+
+def _samples(scene: CompiledScene, hit: Interaction, light: CompiledLight) -> int:
+    """To how many points of a light shadow rays go; 0: to its middle."""
+    soft = hit.draws is not None and light.is_soft and scene.plan.soft_shadows
+    return scene.settings.shadow_samples if soft else 0
+
+
+def _beams(
+    scene: CompiledScene, hit: Interaction, light: CompiledLight, wanted: Index, origin: Float32, samples: int
+) -> Iterator[_Beam]:
+    """From the hits `wanted`, one after the other."""
+    blockers, normal = scene.blockers(light), take(hit.n_geometric, wanted)
+    inside = hit.table.transmits.take(take(hit.surface, wanted)) & ~take(hit.entering, wanted)
+    media = None if hit.media is None else take(hit.media, wanted)
+    if media is not None and blockers.hollow is not None:
+        media = scene.media.without(media, blockers.hollow)
+    draws = None if hit.draws is None or samples == 0 else hit.draws.take(wanted)
+    for part in range(max(samples, 1)):
+        square = None if draws is None else draws.square(light.key, part, samples)
+        yield _Beam(blockers, wanted, origin, inside, *shadow_rays(light, origin, normal, square), media)
+
+
+def _visibilities(scene: CompiledScene, hit: Interaction, beams: Iterable[_Beam], tally: Tally) -> Iterator[Array]:
+    """What each of some beams lets through. Those that the same things may block go together while they are few."""
+    waiting: list[_Beam] = []
+    for beam in beams:
+        if waiting and (beam.blockers is not waiting[0].blockers or sum(map(len, waiting)) + len(beam) > TOGETHER):
+            yield from _visibility_of(scene, hit, waiting, tally)
+            waiting = []
+        waiting.append(beam)
+    if waiting:
+        yield from _visibility_of(scene, hit, waiting, tally)
+
+
+def _visibility_of(scene: CompiledScene, hit: Interaction, beams: list[_Beam], tally: Tally) -> Iterator[Array]:
+    """The same of beams with the same blockers, in one question."""
+    names = "wi", "distance", "origin", "inside"
+    wi, distance, origin, inside = (_joined([getattr(b, name) for b in beams]) for name in names)
+    media = _joined([b.media for b in beams if b.media is not None]) if beams[0].media is not None else None
+    cut = None if hit.cut is None else np.zeros(len(distance), bool)
+    share, start = visibility(scene, beams[0].blockers, wi, distance, origin, inside, media, tally, cut), 0
+    for beam in beams:
+        part = slice(start, start + len(beam))
+        start = part.stop
+        if hit.cut is not None and cut is not None and cut[part].any():
+            hit.cut[beam.wanted] |= cut[part]
+        yield share[..., part]
+
+
+def _joined(parts: list[Array]) -> Array:
+    """One array out of several, along the last axis; one alone is itself."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
+
+
+def visibility(
+    scene: CompiledScene,
+    blockers: Blockers,
+    wi: Float32,
+    distance: Float32,
+    origin: Float32,
+    inside: Bools,
+    media: Stack | None,
+    tally: Tally,
+    cut: Bools | None = None,
+) -> Array:
+    """What share, (n,) or (3, n), of the light `distance` (n,) along wi (3, n) gets to the origins (3, n).
+
+    inside : (n,) bool, rays that are likely to meet something.
+    media : (rows, n), the solids around the origins.   cut : (n,), gets marks where a ray is not followed to its end.
+    """
+    t_max = distance * np.float32(SHADOW_REACH)
+    is_open = traceable(origin, wi)
+    sound = select(is_open)
+    if cut is not None and not isinstance(sound, slice):
+        cut |= ~is_open
+    tally.add("dropped", len(is_open) - count(sound, len(is_open)))
+    tally.add("shadow", count(sound, len(is_open)))
+    is_blocked = is_open.copy()
+    if scene.plan.any_hit and media is None:
+        # Most rays meet nothing: only the others have to be told by what. But the way through a solid may absorb.
+        asked = select(is_open & ~inside) if blockers.tints else sound
+        o, d, t = take(origin, asked), take(wi, asked), take(t_max, asked)
+        is_blocked[asked] = blockers.casts.occluded(o, d, t, tally)
+        is_open &= ~is_blocked
+        tally.add("any_hit", np.count_nonzero(is_open) if blockers.tints else count(asked, len(is_open)))
+        if not blockers.tints:
+            return is_open
+    blocked = select(is_blocked)
+    media = None if media is None else take(media, blocked)
+    way = take(origin, blocked), take(wi, blocked), take(t_max, blocked)
+    passed, exhausted = _transmittance(scene, blockers, *way, media, tally)
+    if cut is not None and len(exhausted):
+        cut[exhausted if isinstance(blocked, slice) else blocked[exhausted]] = True
+    if isinstance(blocked, slice):
+        return passed
+    visible = np.empty(origin.shape, np.float32)
+    visible[...] = is_open
+    write(visible, blocked, passed)
+    return visible
+
+
+def _transmittance(
+    scene: CompiledScene,
+    blockers: Blockers,
+    origin: Float32,
+    wi: Float32,
+    t_max: Float32,
+    media: Stack | None,
+    tally: Tally,
+) -> tuple[Float32, Numbers]:
+    """Product (3, n) over the surfaces on straight shadow rays of (1-r)(1-o)(1-F) transmission_tint: 0 for opaque ones.
+
+    And of what the solids between them leave over, where any absorbs; media: (rows, n), those around the origins.
+    The ray is not bent, so at both faces of a solid its angle is that in the outer medium, and F is taken from there.
+    Also the rays that cross too many: they count as blocked.
+    """
+    geometry, absorption = scene.geometry, scene.media.shadow_absorption
+    result = np.ones(wi.shape, np.float32)
+    # Of the rays that are on their way: which they are, how far it is, and what is left of their light; None: all.
+    active, d, reach = np.arange(wi.shape[1]), wi, t_max.astype(np.float64)
+    left = None if media is None or absorption is None else result
+    for _ in range(MAX_SHADOW_CROSSINGS):
+        tally.add("shadow_steps", len(active))
+        hits = blockers.casts.nearest(origin, d, tally)
+        crosses = hits.t < reach
+        ends = crosses & blockers.opaque.take(hits.prim, mode="wrap")
+        if left is not None and media is not None and absorption is not None:
+            left = left * transmittance(absorption, media, np.minimum(hits.t, reach)).astype(np.float32)
+        crossed = select(crosses & ~ends)
+        if not isinstance(crossed, slice):
+            write(result, active[ends], 0)
+            if left is not None:
+                arrived = flatnonzero(~crosses)
+                write(result, active[arrived], take(left, arrived))
+        if count(crossed, len(active)) == 0:
+            return result, active[:0]
+        hits, active, origin, d = hits.take(crossed), active[crossed], take(origin, crossed), take(d, crossed)
+        prim, entering = hits.prim.astype(np.intp), hits.toward < 0
+        passed = _passed(scene, prim, hits, origin, d)
+        left = passed if left is None else take(left, crossed) * passed
+        # Go on behind the surface, unless nothing is left.
+        going = (left > 0).any(axis=0)
+        alive = select(going)
+        if not isinstance(alive, slice):
+            write(result, active[~going], 0)
+        if count(alive, len(active)) == 0:
+            return result, active[:0]
+        if media is not None:
+            media = take(scene.media.cross(take(media, crossed), prim, entering, Tally()), alive)
+        active, d, left, hits = active[alive], take(d, alive), take(left, alive), hits.take(alive)
+        point = d * hits.t
+        point += take(origin, alive)
+        reach = take(take(reach, crossed), alive) - hits.t
+        offset = origin_offset(point.astype(np.float32), geometry.extent.take(hits.prim))
+        offset *= np.sign(hits.toward).astype(np.float32)
+        origin = offset_origin(point, hits.normal, offset)
+    write(result, active, 0)
+    tally.add("shadow_crossings_exhausted", len(active))
+    return result, active
+
+
+def _passed(scene: CompiledScene, prim: Numbers, hits: Hits, origin: Float32, d: Float32) -> Float32:
+    """What share (3, n) shadow rays, from origins along d, keep of their light at a surface that they cross."""
+    table, surface = scene.surfaces, scene.geometry.surface.take(prim)
+    cos = np.abs(hits.toward)
+    seen = table.tabulated.look_up(surface, cos.astype(np.float32))
+    told = flatnonzero(table.varies_through.take(surface))
+    if len(told):
+        way = take(origin, told), take(d, told)
+        seen = resolve_crossings(scene.geometry, table, told, hits.take(told), *way, seen)
+    ior = table.ior.take(surface)
+    thin = scene.media.is_thin(prim)
+    once = fresnel_dielectric(cos.astype(np.float32), ior.astype(np.float32))
+    fresnel, tint = both_faces(once, seen.value("tint", ALL), thin)
+    share = seen.value("interface", ALL) * (1 - fresnel)
+    if scene.settings.caustics == "SIMPLE":
+        focused = simple_caustic(cos, ior)
+        share = share * (focused if thin is None else np.where(thin, 1.0, focused))
+    return np.asarray(tint * share.astype(np.float32), np.float32)

@@ -1,0 +1,269 @@
+"""New rays: at most one reflected and one transmitted ray from each hit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene import Float32, Float64
+from ..core.constants import MAX_STRAIGHT_PASSES, MIRROR_ROUGHNESS
+from ..core.rays import NO_BRANCH, REFLECTED_RAY, REFLECTION, REFRACTION, TRANSMITTED_RAY, Rays
+from ..core.stats import Tally
+from ..core.vectors import Index, count, flatnonzero, largest_component, most, normalize, put, select, take
+from ..film.ended_rays import count_ended, in_units
+from ..film.path_hash import REFLECTED, TRANSMITTED, child_path
+from ..film.samples import Sums
+from ..prepare.compiled import CompiledScene
+from .interaction import Interaction
+from .microfacets import are_blurred, roughen
+from .scattering import both_faces, fresnel_dielectric, keep_outside, mirrored, reflect, reflecting_normal, refract
+
+Bools = NDArray[np.bool_]
+
+
+@dataclass(eq=False)
+class Split:
+    """How n hits share out the throughput of their rays.
+
+    reflected, transmitted : (3, n) float32, throughput of the new rays.
+    unlit : (n,) bool, the light of lamps that the reflected ray would meet is in the hit's highlight.
+    bends : (n,) bool, a transmitted ray is refracted; otherwise it goes straight on and spends no bounce.
+    cos_i, eta : (n,) float64, on the shading normal, where it bends.
+    """
+
+    reflected: Float32
+    transmitted: Float32
+    unlit: Bools
+    bends: Bools
+    cos_i: Float64
+    eta: Float64
+
+    def scale(self, factor: float) -> None:
+        """Let all that is mirrored or bent count so many times."""
+        if factor != 1.0:
+            self.reflected *= np.float32(factor)
+            self.transmitted *= np.where(self.bends, np.float32(factor), np.float32(1))
+
+
+def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: Sums, tally: Tally) -> list[Rays]:
+    """The next wave: reflected, then refracted, then straight rays, each kind in the order of its hits."""
+    plan = scene.plan
+    if not (plan.reflection or plan.refraction):
+        return [rays.take(np.zeros(0, np.intp))]
+    drawn = roughen(scene, rays, at, t) if plan.rough else None
+    rays, at, t = (rays, at, t) if drawn is None else (drawn.rays, drawn.at, drawn.t)
+    split = share_out(scene, rays, at)
+    split.scale(scene.arriving.indirect)
+    if drawn is not None:
+        split.reflected, split.transmitted = drawn.share(split.reflected, split.transmitted, split.bends)
+        split.unlit = at.has_highlight & drawn.is_rough
+    blurred = are_blurred(scene, at)
+    if blurred is not None:
+        _add_blurred(scene, rays, at, split, blurred, sums)
+    reflect_too, transmit_too = _followed(scene, rays, at, split, sums, tally)
+    return children(scene, rays, at, t, split, reflect_too, transmit_too, tally)
+
+
+def children(
+    scene: CompiledScene,
+    rays: Rays,
+    at: Interaction,
+    t: Float64,
+    split: Split,
+    reflect_too: Bools,
+    transmit_too: Bools,
+    tally: Tally,
+) -> list[Rays]:
+    """The rays that hits (n,) send on as they share out, where they are to."""
+    waves = []
+    mirrored, bent, through = reflect_too, transmit_too & split.bends, transmit_too & ~split.bends
+    if scene.plan.reflection and mirrored.any():
+        waves.append(_reflected(rays, at, split, select(mirrored), tally))
+    if scene.plan.refraction and bent.any():
+        waves.append(_refracted(scene, rays, at, split, select(bent), tally))
+    if scene.plan.refraction and through.any():
+        waves.append(_straight(scene, rays, at, split, select(through), t, tally))
+    return waves or [rays.take(flatnonzero(mirrored))]
+
+
+def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
+    """Share the light out among the mirror, the interface's reflection and its transmission."""
+    n, interface, tint = len(rays), at.value("interface"), at.value("tint")
+    thin = scene.media.is_thin(at.prim)
+    fresnel, cos_i, eta = np.zeros(n, np.float32), np.zeros(n), np.ones(n)
+    is_optical = interface > 0
+    optical = most(is_optical)
+    if count(optical, n):
+        outside = at.entering if thin is None else at.entering | thin
+        ior, prim = at.table.ior.take(take(at.surface, optical)), take(at.prim, optical)
+        cosine = np.clip(take(at.cos_o, optical), 0, 1).astype(np.float64)
+        relative = scene.media.eta(take(rays.media, optical), prim, ior, take(outside, optical))
+        if at.sides is not None:
+            at.sides.amend_eta(relative, optical)
+        relative[~take(is_optical, optical)] = 1.0
+        cos_i[optical], eta[optical] = cosine, relative
+        fresnel[optical] = fresnel_dielectric(cosine, relative)
+    bends = eta != 1
+    if thin is not None:
+        fresnel, tint = both_faces(fresnel, tint, thin)
+        bends &= ~thin
+    return Split(
+        reflected=rays.throughput * (at.value("mirror") + at.value("interface_tint") * (interface * fresnel)),
+        transmitted=rays.throughput * (tint * (interface * (1 - fresnel))),
+        unlit=at.has_highlight & (at.value("lobe_roughness") > MIRROR_ROUGHNESS),
+        bends=bends,
+        cos_i=cos_i,
+        eta=eta,
+    )
+
+
+def _add_blurred(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, blurred: Bools, sums: Sums) -> None:
+    """Let hits whose base is `blurred` (n,) show the world's blurred image: in the mirror's direction, and straight on.
+
+    What is left to rays is what a smooth coat reflects, and what goes straight on.
+    """
+    index = flatnonzero(blurred)
+    smooth = at.value("coat_roughness", index) <= MIRROR_ROUGHNESS
+    coat = np.where(smooth, at.value("coat", index) - at.value("coat_blurred", index), np.float32(0))
+    sharp = np.minimum(take(rays.throughput, index) * coat, take(split.reflected, index))
+    if scene.plan.world:
+        roughness, wo = at.value("lobe_roughness", index), take(at.wo, index)
+        n = reflecting_normal(wo, take(at.n_shading, index), take(at.n_geometric, index))
+        light = (take(split.reflected, index) - sharp) * scene.world.glossy(mirrored(wo, n, roughness), roughness)
+        light += take(split.transmitted, index) * take(split.bends, index) * scene.world.glossy(-wo, roughness)
+        sums.add_radiance(take(rays.sample, index), light, take(rays.branch, index))
+    split.reflected = put(split.reflected, index, sharp)
+    split.transmitted = np.where(blurred & split.bends, np.float32(0), split.transmitted)
+
+
+def _followed(
+    scene: CompiledScene, rays: Rays, at: Interaction, split: Split, sums: Sums, tally: Tally
+) -> tuple[Bools, Bools]:
+    """Which reflected and which transmitted rays go on: those with a weight, within depth, worth their work.
+
+    What the depth or the cutoff ends, or what is one of too many, is residual; of those that are too many, some stand
+    for the others. Camera rays that pass straight through are never cut: the film's alpha counts them.
+    """
+    may_bounce = rays.depth < scene.settings.max_depth
+    may_pass = (may_bounce & split.bends) | ((rays.passes < MAX_STRAIGHT_PASSES) & ~split.bends)
+    weightless = scene.plan.weightless
+    reflected, transmitted = largest_component(split.reflected), largest_component(split.transmitted)
+    if not weightless:
+        tally.add("weightless", 2 * len(rays) - np.count_nonzero(reflected) - np.count_nonzero(transmitted))
+    place = scene.geometry.object.take(at.prim)
+    reflects = _within(rays, place, reflected, may_bounce, sums, weightless, tally)
+    transmits = _within(rays, place, transmitted, may_pass, sums, weightless, tally)
+    weight = np.concatenate([reflected * reflects, transmitted * (transmits & (split.bends | ~rays.camera))])
+    sample = np.concatenate([rays.sample, rays.sample])
+    ended = sums.cuttable(sample, weight)
+    if ended.any():
+        tally.add("cut", np.count_nonzero(ended))
+        sums.add_residual(sample[ended], weight[ended])
+        tally.add("lost_to_cutoff", in_units(weight[ended]).sum())
+        weight[ended] = 0
+        reflects, transmits = reflects & ~ended[: len(rays)], transmits & ~ended[len(rays) :]
+    factor = sums.drawn(sample, weight)
+    if factor is not None:
+        tally.add("crowded", np.count_nonzero(factor == 0))
+        for light, changed, follows in zip(
+            (split.reflected, split.transmitted), factor.reshape(2, -1), (reflects, transmits), strict=True
+        ):
+            light *= changed.astype(np.float32)
+            follows &= changed > 0
+    return reflects, transmits
+
+
+def _within(
+    rays: Rays, place: NDArray[np.intp], weight: Float32, limit: Bools, sums: Sums, weightless: bool, tally: Tally
+) -> Bools:
+    """The hits that may spawn a ray: a weight (n,) left, and within limits; what the limit cuts is residual.
+
+    place : (n,) the objects that are hit.   weightless : rays without a weight are wanted, too.
+    """
+    wanted = (weight != 0) | weightless
+    cut = flatnonzero(wanted & ~limit)
+    if len(cut):
+        sums.add_residual(rays.sample[cut], weight[cut])
+        count_ended(place[cut], weight[cut], tally)
+    return wanted & limit
+
+
+def _child(
+    rays: Rays, at: Interaction, index: Index, origin: Float32, direction: Float32, weight: Float32, reflects: bool
+) -> Rays:
+    """Rays one bounce deeper, in the same medium."""
+    n, kind = origin.shape[1], REFLECTED if reflects else TRANSMITTED
+    receiver = np.broadcast_to(take(at.prim, index).astype(np.int32), (len(rays.receiver), n))
+    return Rays(
+        origin=origin,
+        direction=direction,
+        throughput=take(weight, index),
+        sample=take(rays.sample, index),
+        depth=take(rays.depth, index) + np.int16(1),
+        passes=take(rays.passes, index),
+        t_max=np.full(n, np.inf, np.float32),
+        media=take(rays.media, index),
+        kind=np.full(n, REFLECTED_RAY if reflects else TRANSMITTED_RAY),
+        unlit=take(rays.unlit, index),
+        receiver=receiver,
+        path=child_path(take(rays.path, index), kind),
+        branch=_child_branch(take(rays.branch, index), kind),
+    )
+
+
+def _child_branch(branch: NDArray[np.uint8], kind: np.uint32) -> NDArray[np.uint8]:
+    """Branches (rows, n) of new rays: the first surface decides."""
+    new = REFLECTION if kind == REFLECTED else REFRACTION
+    return np.where(branch == NO_BRANCH, new, branch)
+
+
+def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, tally: Tally) -> Rays:
+    wo, normal = take(at.wo, index), take(at.n_shading, index)
+    if at.n_shading is not at.n_geometric:
+        normal = reflecting_normal(wo, normal, take(at.n_geometric, index))
+    direction = normalize(reflect(wo, normal))
+    tally.add("reflected", direction.shape[1])
+    child = _child(rays, at, index, take(at.outer, index), direction, split.reflected, True)
+    child.unlit = take(split.unlit, index)
+    if at.sides is not None:
+        child.media = at.sides.amend(child.media, index, beyond=False)
+    return child
+
+
+def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, tally: Tally) -> Rays:
+    wo, n_shading = take(at.wo, index), take(at.n_shading, index)
+    cos_i, eta = take(split.cos_i, index), take(split.eta, index)
+    bent = refract(wo.astype(np.float64), n_shading.astype(np.float64), cos_i, eta)
+    direction = normalize(bent).astype(np.float32)
+    if at.n_shading is not at.n_geometric:
+        direction = keep_outside(direction, -take(at.n_geometric, index), wo)
+    tally.add("refracted", direction.shape[1])
+    child = _child(rays, at, index, at.inner(index), direction, split.transmitted, False)
+    if scene.plan.rough and scene.plan.specular:
+        child.unlit = child.unlit | take(at.glows, index)
+    child.media = _beyond(scene, child.media, at, index, tally)
+    return child
+
+
+def _beyond(
+    scene: CompiledScene, media: NDArray[np.int32], at: Interaction, index: Index, tally: Tally
+) -> NDArray[np.int32]:
+    """Media (rows, m) of rays that go on behind the hits `index`, from those before."""
+    media = scene.media.cross(media, take(at.prim, index), take(at.entering, index), tally)
+    return media if at.sides is None else at.sides.amend(media, index, beyond=True)
+
+
+def _straight(
+    scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, t: Float64, tally: Tally
+) -> Rays:
+    """Rays through index-matched surfaces: the same ray goes on behind, and no bounce is spent."""
+    child = _child(rays, at, index, at.inner(index), take(rays.direction, index), split.transmitted, False)
+    child.depth -= np.int16(1)
+    child.passes = child.passes + np.int16(1)
+    child.t_max = (take(rays.t_max, index) - take(t, index)).astype(np.float32)
+    child.kind, child.receiver = take(rays.kind, index), take(rays.receiver, index)
+    child.media = _beyond(scene, child.media, at, index, tally)
+    tally.add("straight", len(child))
+    return child

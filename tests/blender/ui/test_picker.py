@@ -1,0 +1,92 @@
+"""The Image Editor's tools without a window: which pixel a click means, what it is told, what the insets look like."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+
+from hybrid_addon.blender.errors import HybridError
+from hybrid_addon.blender.preview.display import Display
+from hybrid_addon.blender.render import results
+from hybrid_addon.blender.ui import insets, picker
+
+pytestmark = pytest.mark.blender
+
+
+@pytest.fixture
+def frame(scene):
+    b_render = scene.render
+    b_render.resolution_x, b_render.resolution_y, b_render.resolution_percentage = 192, 108, 50
+    b_render.border_min_x, b_render.border_max_x, b_render.border_min_y, b_render.border_max_y = 0.25, 0.75, 0.5, 1.0
+    return scene
+
+
+def test_a_click_means_a_pixel_of_the_frame_at_its_resolution(frame):
+    assert picker.pixel_at(frame, 0.0, 0.0) == (0, 0)
+    assert picker.pixel_at(frame, 0.999, 0.999) == (95, 53)
+    frame.render.use_border = True  # the rest of the picture is empty, and still there
+    assert picker.pixel_at(frame, 0.999, 0.999) == (95, 53)
+
+
+def test_a_picture_cropped_to_the_border_is_a_part_of_the_frame(frame):
+    frame.render.use_border = frame.render.use_crop_to_border = True
+    assert picker.pixel_at(frame, 0.0, 0.0) == (24, 27)
+    assert picker.pixel_at(frame, 0.999, 0.999) == (71, 53)
+
+
+@pytest.mark.parametrize("place", [(-0.01, 0.5), (0.5, 1.0)])
+def test_a_click_beside_the_picture_is_refused(frame, place):
+    with pytest.raises(HybridError, match="within the picture"):
+        picker.pixel_at(frame, *place)
+
+
+def test_what_cannot_be_explained_is_refused_in_one_line(scene):
+    assert picker.refusal(scene) == "Hybrid is off in this scene"
+    assert not bpy.ops.hybrid.explain_pixel.poll()
+    scene.hybrid.enabled = True
+    assert picker.refusal(scene) == ""
+    scene.camera = None
+    assert "has no camera" in picker.refusal(scene)
+
+
+def test_the_answer_is_a_text_that_the_next_one_replaces(frame):
+    frame.hybrid.enabled = True
+    bpy.data.objects["Cube"].hybrid.ray_traced = True
+    for x, y in ((0, 0), (48, 27)):
+        assert bpy.ops.hybrid.explain_pixel(x=x, y=y) == {"FINISHED"}
+        assert bpy.data.texts[picker.TEXT].as_string().startswith(f"pixel {x}, {y}: ")
+    assert "to 'Cube'" in bpy.data.texts[picker.TEXT].as_string()
+    with pytest.raises(RuntimeError, match="outside the frame of 96 x 54"):
+        bpy.ops.hybrid.explain_pixel(x=96, y=0)
+
+
+def test_insets_are_small_means_of_mask_and_traced_half(scene):
+    """A picture of 1000 x 600, half of it covered by grey: blocks of 4 x 4."""
+    mask = np.zeros((600, 1000), np.float32)
+    mask[:, 500:] = 1
+    mask[0, 500] = 0
+    traced = np.where(mask[..., None] > 0, np.float32([0.18, 0.18, 0.18, 1]), np.float32(0))
+    scene.view_settings.view_transform = "Standard"
+    shown = insets.pictures(results.Frame((0, 0, 1000, 600), None, mask, traced, {}), Display.of(scene))
+    assert {name: picture.shape for name, picture in shown.items()} == {
+        "Mask": (150, 250, 4),
+        "Traced": (150, 250, 4),
+    }
+    assert (shown["Mask"][..., 3] == 1).all()
+    np.testing.assert_allclose(shown["Mask"][0, 124:127, 0], [0, 15 / 16, 1], atol=1e-6)
+    assert shown["Traced"][9, 9, 0] == 0
+    assert shown["Traced"][9, 200, 0] == pytest.approx(1.055 * 0.18 ** (1 / 2.4) - 0.055, abs=2e-3)
+
+
+def test_a_part_in_full_size_has_every_pixel(scene):
+    mask = np.linspace(0, 1, 6, dtype=np.float32).reshape(2, 3)
+    traced = np.dstack([mask, 0 * mask, 0 * mask, mask])
+    frame = results.Frame((0, 0, 3, 2), None, mask, traced, {})
+    scene.view_settings.view_transform = "Standard"
+    display = Display.of(scene)
+    np.testing.assert_array_equal(insets.part(frame, display, "MASK")[..., 1], mask)
+    shown = insets.part(frame, display, "TRACED")
+    assert shown.shape == (2, 3, 4) and (shown[..., 3] == 1).all()
+    assert (np.diff(shown[..., 0].ravel()) > 0).all() and shown[1, 2, :3] == pytest.approx([1, 0, 0], abs=1e-3)
+    assert insets.part(frame, display, "RASTER") is None  # mode Full has none

@@ -1,0 +1,56 @@
+"""The words of the interface: which there are, and that each language has them.
+
+What Blender shows of them is looked at in a window: tests/real_blender.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import bpy
+import pytest
+
+import hybrid_addon
+from hybrid_addon.blender import registration
+from hybrid_addon.blender.ui import translations
+
+pytestmark = pytest.mark.blender
+FOLDER = Path(hybrid_addon.__file__).parent / "blender"
+LITERAL = r'\b(?:text=|heading=|title=|poll_message_set\(|iface_\(|rpt_\()"((?:[^"\\]|\\.)+)"'
+OWN = (bpy.types.PropertyGroup, bpy.types.Operator, bpy.types.Panel, bpy.types.Menu)
+BLENDERS = {"Depth", "Normal", "Shadow", "Samples", "Mask", "None", "Simple", "Threads", "Viewport", "IOR", "Show",
+            "Extend", "Preset", "X", "Y", "Coverage", "Why", "Cost"}  # fmt: skip
+"""Words that Blender has itself, or that stand nowhere."""
+
+
+def words():
+    """Everything that the interface shows."""
+    found = {literal for path in FOLDER.rglob("*.py")
+             for literal in re.findall(LITERAL, path.read_text(encoding="utf-8"))}  # fmt: skip
+    for cls in (c for c in registration._CLASSES if issubclass(c, OWN)):
+        found |= {getattr(cls, "bl_label", ""), getattr(cls, "bl_description", "")}
+        deferred = [p for base in cls.__mro__ for p in getattr(base, "__annotations__", {}).values()]
+        for keywords in (p.keywords for p in deferred if hasattr(p, "keywords")):
+            if "HIDDEN" not in keywords.get("options", ()):
+                items = [word for item in keywords.get("items", ()) for word in item[1:3]]
+                found |= {keywords.get("name", ""), keywords.get("description", ""), *items}
+    return found - {""}
+
+
+@pytest.mark.parametrize("locale", translations.LANGUAGES)
+def test_each_language_has_the_words_of_the_interface(addon, locale):
+    """None that is nowhere shown, and of those that are shown nearly all: a new one may wait for its translator."""
+    language, shown = translations.LANGUAGES[locale], words()
+    assert len(shown) > 100
+    assert not language.keys() - shown
+    missing = sorted(shown - language.keys() - BLENDERS)
+    assert len(missing) <= 0.1 * len(shown), missing
+
+
+@pytest.mark.parametrize("locale", translations.LANGUAGES)
+def test_what_is_filled_in_is_the_same_in_each_language(locale):
+    for english, own in translations.LANGUAGES[locale].items():
+        assert own.strip() == own and own
+        assert re.findall(r"\{[^}]*\}", english) == re.findall(r"\{[^}]*\}", own)
+        assert not own.endswith(".") and not english.endswith(".")

@@ -1,0 +1,80 @@
+"""A pixel's ray tree: its parts add up to the pixel, and say what was met."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hybrid_addon.report.pixel import pixel_text
+from hybrid_addon.scene import AreaLight, PointLight, Settings, World
+from hybrid_addon.tracer import CompiledScene, trace
+from hybrid_addon.tracer.integrator.explain import explain
+
+
+def total(node):
+    return np.sum([node.adds, *(total(child) for child in node.children)], axis=0)
+
+
+def lost(node):
+    return sum(max(child.throughput) if child.cut else lost(child) for child in node.children)
+
+
+@pytest.fixture
+def room(build):
+    ball = build.icosphere(2, smooth=True)
+    floor = build.quad([(-3, -3, -1), (3, -3, -1), (3, 3, -1), (-3, 3, -1)])
+    return build.scene(
+        (ball, build.glass()),
+        (floor, build.matte(reflectivity=0.2), {"ray_traced": False}),
+        camera=build.camera((0, -4, 2), up=(0, 0, 1)),
+        lights=(PointLight("lamp", (1, -2, 3), (5, 5, 5)),),
+        world=World((0.2, 0.3, 0.4)),
+    )
+
+
+@pytest.mark.parametrize("settings", [Settings(1, 6), Settings(1, 6, cutoff=0.02)], ids=["all", "cutoff"])
+def test_the_parts_of_a_pixel_add_up_to_it(room, settings):
+    film, compiled = trace(room, settings), CompiledScene(room, settings)
+    for x, y in ((8, 8), (6, 9), (9, 5)):
+        tree = explain(compiled, x, y)
+        np.testing.assert_allclose(total(tree), film.radiance[y, x], rtol=1e-5)
+        assert lost(tree) == pytest.approx(film.residual[y, x], rel=1e-5, abs=1e-9)
+
+
+def test_it_says_what_was_met(room):
+    settings = Settings(1, 2)
+    tree = explain(CompiledScene(room, settings), 8, 8)
+    text = pixel_text(room, tree, 8, 8).splitlines()
+    assert text[0].startswith("pixel 8, 8: radiance ") and "cut off" in text[0]
+    assert "'object 0', surface 'glass', from outside" in text[1]
+    assert [child.kind for child in tree.children] == ["reflected", "refracted"]
+    assert any("from inside" in line for line in text) and any("not followed" in line for line in text)
+    assert sum(max(child.throughput) for child in tree.children) == pytest.approx(1, abs=1e-6)
+
+
+def test_lamps_on_the_way_are_named_and_add_up(build):
+    floor = build.quad([(-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0)])
+    lamp = AreaLight("softbox", (0, 0, 3), (0, 0, -1), (1, 0, 0), (0, 1, 0), (3, 2, 1))
+    s = build.scene((floor, build.mirror()), lights=(lamp,), world=World((0.2, 0.3, 0.4)))
+    settings = Settings(1, 2)
+    tree = explain(CompiledScene(s, settings), 8, 8)
+    np.testing.assert_allclose(total(tree), (3.2, 2.3, 1.4), rtol=1e-5)
+    assert tree.children[0].lamps == ("softbox",) and tree.lamps == ()
+    assert "reflected 100 %, past light 'softbox': the world" in pixel_text(s, tree, 8, 8)
+
+
+@pytest.mark.parametrize("projection", ["PERSP", "ORTHO"])
+def test_distances_are_from_the_camera(build, projection):
+    """Rays begin near what they meet, not in the camera: 96 m away, and the wall still is."""
+    wall = build.quad([(-9, 0, -9), (9, 0, -9), (9, 0, 9), (-9, 0, 9)])
+    camera = replace(build.camera((0, -96, 0), up=(0, 0, 1)), projection=projection)
+    tree = explain(CompiledScene(build.scene((wall, build.matte()), camera=camera), Settings(1, 2)), 8, 8)
+    x, z = camera.view_plane[1] / 16, camera.view_plane[3] / 16
+    assert tree.distance == pytest.approx(96 * (1 + x * x + z * z) ** 0.5 if projection == "PERSP" else 96, rel=1e-5)
+
+
+def test_pixels_of_what_eevee_draws_are_named_so(room):
+    tree = explain(CompiledScene(room, Settings(1, 4)), 0, 0)
+    assert not tree.counts and "EEVEE draws it" in pixel_text(room, tree, 0, 0)

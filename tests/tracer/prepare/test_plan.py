@@ -1,0 +1,238 @@
+"""What is left out, that it is left out, and that leaving it out changes nothing."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hybrid_addon.scene import AreaLight, PointLight, Settings, SpotLight, SunLight, Surface, World
+from hybrid_addon.tracer import trace
+from hybrid_addon.tracer.geometry import embree
+from hybrid_addon.tracer.prepare.plan import describe
+from hybrid_addon.tracer.prepare.prunings import PRUNINGS
+from hybrid_addon.tracer.shading import shadows
+
+ALL = Settings(samples=2, see="ALL", threads=1, rough_samples=1, occlusion_samples=1)
+LAMP = PointLight("p", (1, -2, 4), (20, 20, 20))
+
+
+def reasons(film):
+    return {entry["what"] for entry in film.skipped}
+
+
+def test_an_opaque_matte_scene_spawns_nothing(build):
+    film = trace(build.scene((build.box(), build.matte()), lights=(LAMP,)), ALL)
+    assert film.rays["reflected"] == film.rays["refracted"] == 0
+    assert {"reflected rays", "refracted rays", "highlights", "emission", "ambient light"} <= reasons(film)
+
+
+def test_a_perfect_mirror_needs_no_shadow_rays(build):
+    film = trace(build.scene((build.box(), build.mirror()), lights=(LAMP,)), ALL)
+    assert film.rays["shadow"] == 0
+    assert "diffuse light" in reasons(film)
+
+
+def test_lights_without_power_are_not_asked(build):
+    film = trace(build.scene((build.box(), build.matte()), lights=(replace(LAMP, intensity=(0, 0, 0)),)), ALL)
+    assert film.rays["shadow"] == 0
+    assert "lights" in reasons(film)
+
+
+def test_surfaces_that_no_ray_reaches_need_nothing(build):
+    glass = (build.icosphere(2), build.glass(), {"ray_traced": False})
+    s = build.scene((build.box(), build.matte()), glass, lights=(LAMP,))
+    film = trace(s, replace(ALL, see="FLAGGED"))
+    assert {"reflected rays", "refracted rays"} <= reasons(film)
+
+
+def test_a_shadow_ray_is_traced_only_where_light_would_arrive(build):
+    sheet = build.quad([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)])
+    behind = SunLight("sun", (0, 0, -1), (1, 1, 1))
+    film = trace(build.scene((sheet, build.matte()), lights=(behind,)), ALL)
+    assert film.rays["shadow"] == 0
+    assert sum(e["count"] for e in film.skipped if e["why"] == "no light would arrive") == film.rays["camera"]
+
+
+def scenes(build):
+    ball, box = build.icosphere(2, 1, smooth=True), build.box((1, -1, -1), (2, 1, 1))
+    world = World((0.2, 0.3, 0.4))
+    yield build.scene((ball, build.matte()), (box, build.matte()), lights=(LAMP,), world=world)
+    yield build.scene((ball, build.mirror()), (box, build.emitter(1, 1, 1)), lights=(LAMP,), world=world)
+    yield build.scene((ball, build.glass()), (box, Surface(specular=(0.5, 0.5, 0.5))), lights=(LAMP,))
+    yield build.scene((ball, build.glass(1.0)), (box, build.matte()), lights=(replace(LAMP, cast_shadow=False),))
+    yield build.scene((build.box(), build.matte()), (box, Surface(opacity=0.0, transmission_tint=(0, 0, 0))), lights=())
+    yield build.scene((box, build.matte(reflectivity=0.3)), lights=(*odd_lights(), LAMP), world=world)
+    yield build.scene((box, build.mirror(0.5)), (ball, build.glass(1.0), {"matrix": build.translation(-1, 0, 0)}))
+    unseen, other = {"ray_traced": False}, build.box((-2, 0, 0), (-1, 1, 1))
+    yield build.scene(
+        (ball, build.mirror()),
+        (box, build.emitter(1, 1, 1), unseen),
+        (other, build.matte(), unseen),
+        lights=tuple(low()),
+    )
+    pane = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    behind = build.box((-1, -1, -3), (1, 1, -2))
+    yield build.scene((pane, build.mirror(0.7)), (other, build.matte(), unseen), (behind, build.matte(), unseen))
+
+
+def low():
+    """Lights in the middle of things, which shine on some of them only."""
+    down = np.diag((1.0, -1.0, -1.0))
+    yield AreaLight("down", (-1.5, 0, 0.5), (0, 0, -1), (2, 0, 0), (0, 2, 0), (9, 9, 9))
+    yield SpotLight("up", (1.5, 0.5, 0.5), (9, 9, 9), world_to_light=down, range=2.0)
+
+
+def odd_lights():
+    """Lights that are black, out of range, behind their own cone, and turned away."""
+    yield replace(LAMP, intensity=(0, 0, 0))
+    yield replace(LAMP, position=(0, 0, 9), range=5.0)
+    yield SpotLight("away", (0, 0, 4), (9, 9, 9), world_to_light=np.diag((1.0, -1.0, -1.0)))
+    yield AreaLight("up", (0, 0, 4), (0, 0, 1), (1, 0, 0), (0, 1, 0), (9, 9, 9))
+
+
+ELSEWHERE = {"empty-mask", "unmasked", "unchanged"}  # have tests of their own: below, and test_kept.py
+EXACT = [p.name for p in PRUNINGS if p.kind in ("exact", "exact if") and p.name not in ELSEWHERE]
+
+
+def same(a, b):
+    for name in ("radiance", "coverage", "residual", "shadow"):
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+
+
+@pytest.fixture(scope="module")
+def planned(build):
+    """Every scene, whole and flagged, with what is left out."""
+    every = [(s, replace(ALL, see=see, max_depth=3)) for s in scenes(build) for see in ("ALL", "FLAGGED")]
+    every += [(s, replace(settings, raster_shadows=True)) for s, settings in every if settings.see == "FLAGGED"]
+    return [(s, settings, trace(s, settings)) for s, settings in every]
+
+
+def applies(film, name):
+    return next(row["applies"] for row in film.plan if row["name"] == name)
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_an_exact_pruning_changes_no_bit(planned, name):
+    chosen = [(s, settings, film) for s, settings, film in planned if applies(film, name)]
+    assert chosen
+    for s, settings, film in chosen:
+        whole = trace(s, replace(settings, keep=frozenset({name})))
+        assert not applies(whole, name)
+        same(whole, film)
+
+
+def test_all_exact_prunings_together_change_no_bit(planned):
+    for s, settings, film in planned:
+        whole = trace(s, replace(settings, keep=frozenset(EXACT)))
+        assert not any(applies(whole, name) for name in EXACT)
+        same(whole, film)
+
+
+def test_what_is_kept_is_done(planned):
+    """Rays that are otherwise left out are traced: the tests above compare something."""
+    film = planned[0][2]
+    for keep, kind in (({"unlit"}, "shadow"), ({"reflection", "secondary", "weightless"}, "reflected")):
+        whole = trace(planned[0][0], replace(planned[0][1], keep=frozenset(keep)))
+        assert whole.rays[kind] > film.rays[kind]
+
+
+def test_pixels_outside_of_the_mask_change_no_bit(build):
+    s = build.scene((build.icosphere(2), build.mirror(0.5)), lights=(LAMP,), world=World((0.2, 0.3, 0.4)))
+    settings = replace(ALL, see="FLAGGED")
+    everywhere = trace(s, settings)
+    mask = everywhere.coverage  # in which the pixel filter has spread what is flagged, as the rasteriser's does
+    film = trace(s, settings, mask)
+    assert film.rays["camera"] < everywhere.rays["camera"]
+    np.testing.assert_array_equal(film.radiance[mask > 0], everywhere.radiance[mask > 0])
+
+
+def test_an_empty_mask_needs_no_scene(build, monkeypatch):
+    s = build.scene((build.icosphere(2), build.mirror(0.5)), lights=(LAMP,), world=World((0.2, 0.3, 0.4)))
+    mask = np.zeros((16, 16), np.float32)
+    whole = trace(s, replace(ALL, see="FLAGGED", keep=frozenset({"empty-mask"})), mask)
+    assert not applies(whole, "empty-mask")
+    monkeypatch.setattr(embree.TriangleScene, "_commit", lambda self: pytest.fail("a tree was built"))
+    film = trace(s, replace(ALL, see="FLAGGED"), mask)
+    assert applies(film, "empty-mask") and "tracing" in reasons(film)
+    assert not any(film.rays.values())
+    same(film, whole)
+
+
+@pytest.mark.parametrize("height", [-1e-3, 0.0, 1e-3])
+@pytest.mark.parametrize("kind", ["area", "spot"])
+def test_a_light_is_left_out_only_if_all_is_behind_it(build, kind, height):
+    """It shines down on a wall from just below or above the wall's foot."""
+    wall = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 2), (-1, 1, 2)])
+    place = (0, -1.5, height)
+    area = AreaLight("area", place, (0, 0, -1), (0.1, 0, 0), (0, 0.1, 0), (9, 9, 9))
+    light = area if kind == "area" else SpotLight("spot", place, (9, 9, 9), cos_cone=0.0)
+    s = build.scene((wall, build.matte()), lights=(light,))
+    film = trace(s, ALL)
+    same(trace(s, replace(ALL, keep=frozenset({"far-lights"}))), film)
+    assert applies(film, "far-lights") == (height < 0)
+
+
+@pytest.mark.parametrize("distance", [4.9, 5.0, 5.001, 5.1])
+def test_a_light_is_left_out_only_beyond_its_range(build, distance):
+    """The floor is straight below: what the light brings at its very range is 0, so both must agree everywhere."""
+    floor = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    s = build.scene((floor, build.matte()), lights=(replace(LAMP, position=(0, 0, distance), range=5.0),))
+    film = trace(s, ALL)
+    same(trace(s, replace(ALL, keep=frozenset({"far-lights"}))), film)
+    assert applies(film, "far-lights") == (distance > 5)
+    assert film.radiance.any() == (distance < 5)
+
+
+def test_a_pruning_that_is_none_is_refused(build):
+    with pytest.raises(ValueError, match="no pruning is called 'nothing'"):
+        trace(build.scene(), replace(ALL, keep=frozenset({"nothing"})))
+
+
+def test_readme_shows_the_table():
+    text = (Path(__file__).parents[3] / "README.md").read_text(encoding="utf-8")
+    rows = [f"| `{p.name}` | {p.leaves_out} | {p.when} | {p.kind} |" for p in PRUNINGS]
+    assert "\n".join(rows) in text
+
+
+def test_the_plan_says_how_much_was_left_out(build):
+    """Counted by hand: a matte quad that fills the picture, half of it masked, one lamp before it and one behind."""
+    sheet = build.quad([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)])
+    lamps = PointLight("before", (0, 0, 3), (9, 9, 9)), SunLight("behind", (0, 0, -1), (1, 1, 1))
+    post = (build.box((20, 20, 1), (21, 21, 2)), build.glass(), {"ray_traced": False})  # its shadow is elsewhere
+    scene = build.scene((sheet, build.matte()), post, lights=lamps, camera=build.camera((0, 0, 5), size=(32, 24)))
+    mask = np.zeros((24, 32), np.float32)
+    mask[:12] = 1
+    how = replace(ALL, samples=1, see="FLAGGED", filter_radius=0.5)
+    saved = {row["name"]: row["saved"] for row in trace(scene, how, mask).plan}
+    assert saved["unmasked"] == 12 * 32
+    assert saved["unlit"] + saved["any-hit"] == 2 * 12 * 32 == 2 * saved["any-hit"]
+    assert saved["emission"] == 1 and saved["cutoff"] is None
+    assert saved["reflection"] == 1 and saved["weightless"] is None  # no ray reaches the glass
+    both = {row["name"]: row for row in trace(scene, replace(how, keep=frozenset({"unlit"})), mask).plan}
+    assert both["unlit"]["saved"] is None and both["unlit"]["unit"] == "rays"
+
+
+def test_each_shadow_ray_is_answered_by_any_hit_or_walked(build, monkeypatch):
+    """Those that start inside of half clear things are walked at once."""
+    walked, walk = [], shadows._transmittance
+
+    def counted(scene, blockers, origin, wi, *rest):
+        walked.append(wi.shape[1])
+        return walk(scene, blockers, origin, wi, *rest)
+
+    monkeypatch.setattr(shadows, "_transmittance", counted)
+    ball, floor = build.icosphere(2, 1, smooth=True), build.quad([(-9, -9, -1), (9, -9, -1), (9, 9, -1), (-9, 9, -1)])
+    scene = build.scene((ball, Surface(opacity=0.5, ior=1.5)), (floor, build.matte()), lights=(LAMP,))
+    film = trace(scene, ALL)
+    saved = {row["name"]: row["saved"] for row in film.plan}["any-hit"]
+    assert 0 < saved < film.rays["shadow"] and saved + sum(walked) == film.rays["shadow"]
+
+
+def test_describe_says_what_a_trace_would_skip_without_tracing(build):
+    s = build.scene((build.box(), build.mirror()), lights=(LAMP,))
+    said, film = describe(s, ALL), trace(s, ALL)
+    assert all(set(entry) == {"what", "why", "count"} for entry in said.skipped)
+    assert {e["what"] for e in said.skipped} <= reasons(film)
+    assert [{**row, "saved": None} for row in film.plan] == [{**row, "saved": None} for row in said.table()]
+    assert [row["name"] for row in film.plan] == [p.name for p in PRUNINGS]
