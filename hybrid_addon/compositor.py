@@ -53,7 +53,7 @@ def light_up(traced: Float32, irradiance: Float32, albedo: Float32) -> Float32:
 
 
 def add(raster: Float32, traced: Float32) -> Float32:
-    """The composite of a raster whose flagged objects are held out and the traced layer that fills the hole.
+    """The composite of a raster whose ray traced objects are held out and the traced layer that fills the hole.
 
     Both are premultiplied by complementary coverages, so a sum is exact at edges (Porter & Duff 1984, "plus").
     """

@@ -232,7 +232,7 @@ class Instance:
 
     mesh, surfaces : indices into `Scene.meshes` and `Scene.surfaces` (one for each slot).
     matrix_world   : (4, 4) float64; mirrored, sheared and singular matrices are allowed.
-    ray_traced     : flagged by the artist; in hybrid mode only flagged objects are seen by camera rays.
+    ray_traced     : ray traced by the artist; in hybrid mode only ray traced objects are seen by camera rays.
     moves          : it is likely to be elsewhere in the next frame: a hint, by which search trees are divided.
     """
 
@@ -401,7 +401,7 @@ class World:
 
 @dataclass(frozen=True, eq=False)
 class Raster:
-    """What the rasteriser has drawn of the same frame, over the camera's window: everything but the flagged objects.
+    """What the rasteriser has drawn of the same frame, over the camera's window: everything but the ray traced objects.
 
     pixels : (height, width, 4) float32, scene-linear, associated alpha. Alpha is 1 exactly where a pixel and what its
              filter reaches show nothing that is held out (and, over a transparent film, no sky).
@@ -463,10 +463,10 @@ class Settings:
                     little, the smallest first; 0 = follow all. What is lost is in the residual. A sample becomes no
                     more than 256 rays, or 1 / cutoff if that is more: some of the lightest then stand for the others.
     filter_radius : of the pixel filter in pixels (Blender's Filter Size, EEVEE's Gaussian).
-    see           : "FLAGGED": camera rays see `ray_traced` objects only (hybrid); "RASTER": everything else and the
+    see           : "RAY_TRACED": camera rays see `ray_traced` objects only (hybrid); "RASTER": everything else and the
                     world; "ALL": both.
     transparent   : where camera rays see the world, pixels where nothing is hit get alpha 0 (Film > Transparent).
-    raster_shadows : work out, too, the shadows that flagged objects cast on all others (`Film.shadow`).
+    raster_shadows : work out, too, the shadows that ray traced objects cast on all others (`Film.shadow`).
     threads       : worker threads, 0 = all cores. chunk: camera rays a thread begins at once. Neither changes a pixel.
     processes     : as many forked processes do the work of the threads, where there are two or more, the system can
                     fork and the picture is worth it (`tracer.forks`). Changes no pixel.
@@ -493,7 +493,7 @@ class Settings:
     samples: int = 16
     max_depth: int = 8
     filter_radius: float = 1.5
-    see: Literal["FLAGGED", "RASTER", "ALL"] = "FLAGGED"
+    camera_sees: Literal["RAY_TRACED", "RASTER", "ALL"] = "RAY_TRACED"
     transparent: bool = False
     threads: int = 0
     processes: bool = False
@@ -526,10 +526,11 @@ class Film:
     plan       : every pruning and whether it applied: [{"name", "class", "leaves_out", "when", "applies"}].
     sampling   : samples_mean, samples_max; rmse, the error to expect of them (None: unknown), and the slope that it
                  falls with; audit, of the pixels that adaptive sampling left alone.
-    shadow     : (height, width, 3) float32, the light that the shadows of flagged objects leave over on all that is not
-                 flagged, as a share of the light without them; exactly 1 where they take nothing. None: not worked out.
-    caustic    : (height, width, 3) float32, irradiance (W/m^2) of what is not flagged by light that flagged objects
-                 bend or mirror there. None: not worked out.
+    shadow     : (height, width, 3) float32, the light that the shadows of ray traced objects leave over on all that is
+                 not ray traced, as a share of the light without them; exactly 1 where they take nothing. None: not
+                 worked out.
+    caustic    : (height, width, 3) float32, irradiance (W/m^2) of what is not ray traced by light that ray traced
+                 objects bend or mirror there. None: not worked out.
     passes     : the passes that were asked for, by name: (height, width) or (height, width, 3) float32. Those of
                  light are means as radiance is.
     hits       : of secondary rays: "backed" by the raster, or "not_backed"; 0 both where nothing could be.

@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 try:
     import hybrid_addon
-except ImportError:  # the scenes can be built without the add-on; then nothing is flagged
+except ImportError:  # the scenes can be built without the add-on; then nothing is ray traced
     hybrid_addon = None
 
 FRAMES = 24

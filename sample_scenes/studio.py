@@ -24,7 +24,7 @@ STOPPER = [
 
 
 def bottle(glass, liquid, metal, at=(0, 0, 0), level=1.22, segments=96):
-    """A glass bottle, the liquid in it and its stopper, flagged."""
+    """A glass bottle, the liquid in it and its stopper, ray traced."""
     wall = shapes.sampled(OUTSIDE + INSIDE, 120)
     wall[[0, -1], 0] = 0.0
     fill = [(r + OVERLAP if r else 0.0, z - OVERLAP) for r, z in reversed(INSIDE) if z < level]

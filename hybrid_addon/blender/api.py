@@ -297,7 +297,7 @@ def _collect(scene: bpy.types.Scene) -> HybridResult:
         raise RuntimeError("Blender's render gave no composite: it was cancelled")
     height, width = image.shape[:2]
     frame = results.frames.get(scene.name)
-    if frame is None:  # RASTER mode, or nothing flagged: the tracer was never called
+    if frame is None:  # RASTER mode, or nothing ray traced: the tracer was never called
         report = _raster_report(scene, (width, height))
         results.reports[scene.name] = report
         empty = np.zeros((height, width), np.float32)

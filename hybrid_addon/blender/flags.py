@@ -23,7 +23,7 @@ class Flags:
         hybrid = getattr(b_object, "hybrid", None)  # the translator also works without the add-on
         if hybrid is None or b_object.type == "META":
             return False  # metaballs have no skin in a scene that has them as its background set: EEVEE draws them
-        return hybrid.ray_traced or b_object in self._by_collection or shows_flagged(b_object)
+        return hybrid.ray_traced or b_object in self._by_collection or shows_ray_traced(b_object)
 
 
 def flagged_collections(scene: bpy.types.Scene) -> list[bpy.types.Collection]:
@@ -32,8 +32,8 @@ def flagged_collections(scene: bpy.types.Scene) -> list[bpy.types.Collection]:
     return [c for c in everything if getattr(c, "hybrid", None) is not None and c.hybrid.ray_traced]
 
 
-def shows_flagged(b_object: bpy.types.Object) -> bool:
-    """Whether the object instances a collection that is flagged: what it shows is then ray traced."""
+def shows_ray_traced(b_object: bpy.types.Object) -> bool:
+    """Whether the object instances a collection that is ray traced: what it shows is then ray traced."""
     shown = b_object.instance_collection if b_object.instance_type == "COLLECTION" else None
     return shown is not None and shown.hybrid.ray_traced
 

@@ -35,7 +35,7 @@ def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
         "scene": scene.name,
         "mode": mode,
         "why": "" if mode == scene.hybrid.mode else "no object is ray traced",
-        "ray_traced": [ob.name for ob in scene_setup.flagged_objects(scene)],
+        "ray_traced": [ob.name for ob in scene_setup.ray_traced_objects(scene)],
         "settings": public_settings(scene),
         "counts": dict(translation.counts),
         "skipped": [] if planned is None else list(planned.skipped),
@@ -72,13 +72,13 @@ def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
         found = survey(translation.scene, settings, frozenset(blended))
     except ValueError as error:
         raise HybridError(str(error)) from error
-    flagged = {ob.name for ob in scene_setup.flagged_objects(scene)}
+    ray_traced = {ob.name for ob in scene_setup.ray_traced_objects(scene)}
     width, height = full_size(scene)
     threads = settings.threads or os.cpu_count() or 1
     return {
         "scene": scene.name,
         "objects": advice(
-            found, translation.owners, flagged, pixels=width * height, samples=settings.samples, threads=threads
+            found, translation.owners, ray_traced, pixels=width * height, samples=settings.samples, threads=threads
         ),
         "build": found.build,
         "basis": f"an estimate for {width} x {height} with {settings.samples} samples: rays counted in a coarse picture"

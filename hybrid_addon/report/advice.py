@@ -22,11 +22,11 @@ REASONS = {
 
 
 def advice(
-    survey: Survey, owners: Sequence[str], flagged: set[str], *, pixels: int, samples: int, threads: int
+    survey: Survey, owners: Sequence[str], ray_traced: set[str], *, pixels: int, samples: int, threads: int
 ) -> list[dict[str, Any]]:
     """What is known of each object that the survey found worth rays, or that is ray traced; most of the picture first.
 
-    owners  : of each of the survey's objects the one to flag.   flagged : those that are.
+    owners  : of each of the survey's objects the one to flag.   ray traced : those that are.
     pixels, samples, threads : of the render whose cost is estimated.
 
     Each: object, coverage (share of the picture), needs (share of its light that EEVEE cannot follow), why (one short
@@ -45,7 +45,7 @@ def advice(
             "needs": float(needs[i]),
             "why": _why({kind: float(share[i]) for kind, share in zip(KINDS, shares, strict=True)}),
             "suggested": bool(needs[i] >= LEAST_SHARE),
-            "ray_traced": name in flagged,
+            "ray_traced": name in ray_traced,
             "rays": round(float(rays[i])),
             "seconds": float(rays[i] * survey.seconds_per_ray / threads),
         }

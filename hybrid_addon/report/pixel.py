@@ -52,8 +52,8 @@ def _color(rgb: tuple[float, float, float]) -> str:
 
 
 def _total(node: Node) -> tuple[float, float, float]:
-    sums = [node.adds, *(_total(child) for child in node.children)]
-    return (sum(s[0] for s in sums), sum(s[1] for s in sums), sum(s[2] for s in sums))
+    sample_buffer = [node.adds, *(_total(child) for child in node.children)]
+    return (sum(s[0] for s in sample_buffer), sum(s[1] for s in sample_buffer), sum(s[2] for s in sample_buffer))
 
 
 def _lost(node: Node) -> float:

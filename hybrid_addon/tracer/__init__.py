@@ -2,13 +2,13 @@
 
 Several pictures of one scene: `compiled = CompiledScene(scene, settings)` once, then `trace_compiled(compiled)`, or of
 another camera `trace_compiled(compiled.seen_from(camera, settings))`. Of a scene that changes from frame to frame:
-`kept = Kept()` once, then `trace(scene, settings, mask, kept=kept)`.
+`kept = SceneCache()` once, then `trace(scene, settings, mask, cache=cache)`.
 """
 
 from __future__ import annotations
 
-from .core.cache import Kept
+from .core.cache import SceneCache
 from .prepare.compiled import CompiledScene
 from .render import Cancelled, trace, trace_compiled
 
-__all__ = ["Cancelled", "CompiledScene", "Kept", "trace", "trace_compiled"]
+__all__ = ["Cancelled", "CompiledScene", "SceneCache", "trace", "trace_compiled"]

@@ -89,12 +89,12 @@ def test_the_viewport_shows_as_many_as_the_render():
 
 
 def test_the_right_objects_are_flagged(name):
-    flagged = {obj.name for obj in bpy.data.objects if obj.hybrid.ray_traced}
+    ray_traced = {obj.name for obj in bpy.data.objects if obj.hybrid.ray_traced}
     if name in FLAGGED:
-        assert flagged == FLAGGED[name]
+        assert ray_traced == FLAGGED[name]
         return
-    unflagged = {obj.name for obj in bpy.data.objects if obj.type == "MESH"} - flagged
-    assert len(flagged) == 79, "most of the washroom is ray traced"
+    unflagged = {obj.name for obj in bpy.data.objects if obj.type == "MESH"} - ray_traced
+    assert len(ray_traced) == 79, "most of the washroom is ray traced"
     assert {"Floor", "Ceiling", "Left wall", "Back wall", "Front wall", "Fuselage wall", "Towel"} <= unflagged
 
 

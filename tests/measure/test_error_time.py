@@ -12,7 +12,7 @@ import pytest
 from hybrid_addon.measure.error_time import findings, fits, host, metrics, tables
 from hybrid_addon.measure.error_time.reference import CLEAR, pilot, reference
 from hybrid_addon.measure.error_time.regions import regions
-from hybrid_addon.measure.error_time.renders import CUTOFFS, Axes, Studio
+from hybrid_addon.measure.error_time.renders import CUTOFFS, Axes, Renders
 from hybrid_addon.measure.error_time.sweep import Point, combinations, knobs, measure, promising
 from hybrid_addon.measure.stability.build import camera, glass, icosphere, make_scene, mirror, quad
 from hybrid_addon.presets import QUALITY, Quality
@@ -173,13 +173,13 @@ def swept():
     scene = make_scene(*parts, camera=view, world=World((0.5, 0.7, 1.0)))
     axes = Axes((1, 4, 16), (1, 2, 4, 8), (0.0, 1e-5, 1e-3, 1 / 64), (0.0,), reference_samples=128, patient=True,
                 repeats=2)  # fmt: skip
-    studio = Studio(scene, Settings(see="ALL", threads=1), None)
-    deep = reference(studio, axes, 1.0)
-    single = knobs(studio, axes, deep, quiet)
+    renders = Renders(scene, Settings(camera_sees="ALL", threads=1), None)
+    deep = reference(renders, axes, 1.0)
+    single = knobs(renders, axes, deep, quiet)
     points = [p for p in combinations(axes, promising(single["entries"])) if p.preset != "Reference"]
-    points, late = measure(studio, points, deep, axes.repeats, quiet)
+    points, late = measure(renders, points, deep, axes.repeats, quiet)
     assert late == []
-    return axes, deep, single, points, studio
+    return axes, deep, single, points, renders
 
 
 def quiet(line):
@@ -213,9 +213,9 @@ def test_a_counter_that_must_be_0_and_is_not_is_said(swept):
 
 
 def test_the_brightest_radiance_is_looked_for_in_the_reference_too(swept):
-    axes, deep, single, _, studio = swept
+    axes, deep, single, _, renders = swept
     dazzling = replace(deep.films[1], radiance=deep.films[1].radiance + single["Lmax"])
-    found = knobs(studio, axes, replace(deep, films=(deep.films[0], dazzling)), quiet)
+    found = knobs(renders, axes, replace(deep, films=(deep.films[0], dazzling)), quiet)
     assert found["Lmax"] == pytest.approx(2 * float(dazzling.radiance.max()))
 
 
@@ -245,30 +245,30 @@ def test_points_within_the_noise_make_no_slope_and_no_front_and_the_reason_is_to
 
 
 def test_what_there_is_no_time_for_is_left_out(swept):
-    axes, deep, single, points, studio = swept
+    axes, deep, single, points, renders = swept
     fresh = [Point(p.quality, p.preset) for p in points]
-    assert measure(studio, fresh, deep, 3, quiet, until=0.0) == ([], fresh)
+    assert measure(renders, fresh, deep, 3, quiet, until=0.0) == ([], fresh)
     dear = fresh[0].quality
     measured, late = measure(
-        studio, fresh, deep, 1, quiet, time.perf_counter() + 600, lambda p: 1e4 * (p.quality == dear)
+        renders, fresh, deep, 1, quiet, time.perf_counter() + 600, lambda p: 1e4 * (p.quality == dear)
     )
     assert [p.quality for p in late] == [dear]
     assert len(measured) == len(fresh) - 1
     endless = Point(Quality(60000, 8, 0.0, 0.0))  # what it costs is not known
-    assert measure(studio, [endless], deep, 1, quiet, time.perf_counter() + 0.5) == ([], [endless])
-    none = knobs(studio, axes, deep, quiet, until=0.0)
+    assert measure(renders, [endless], deep, 1, quiet, time.perf_counter() + 0.5) == ([], [endless])
+    none = knobs(renders, axes, deep, quiet, until=0.0)
     assert (none["entries"], none["left_out"]) == ([], len(single["entries"]))
     assert findings.slopes(points, deep, none, axes)["depth"].why
     assert promising(none["entries"]) == []
 
 
 def test_the_reference_takes_the_samples_that_there_is_time_for(swept):
-    axes, _, _, _, studio = swept
+    axes, _, _, _, renders = swept
     hurried = replace(axes, patient=False)
-    assert reference(studio, hurried, 1.0, time.perf_counter() + 8.5).quality.samples == 8
-    assert reference(studio, hurried, 1.0, time.perf_counter()).quality.samples == 2
-    assert pilot(studio, replace(hurried, reference_samples=2), time.perf_counter() + 600).cutoff == CUTOFFS[0]
-    stopped = pilot(studio, hurried, time.perf_counter())
+    assert reference(renders, hurried, 1.0, time.perf_counter() + 8.5).quality.samples == 8
+    assert reference(renders, hurried, 1.0, time.perf_counter()).quality.samples == 2
+    assert pilot(renders, replace(hurried, reference_samples=2), time.perf_counter() + 600).cutoff == CUTOFFS[0]
+    stopped = pilot(renders, hurried, time.perf_counter())
     assert not stopped.finished
     assert stopped.each > 0
 

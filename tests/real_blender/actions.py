@@ -14,7 +14,7 @@ SURFACES = ["MIRROR", "GLASS", "WATER", "DIAMOND"]
 OWN_NODES = {"BLUR", "FLIP"}
 PATIENCE = 100  # seconds for a small render on a busy machine
 FILE = ""  # where the walk saves; set by it
-LIBRARY = ""  # a file with a flagged object, a flagged collection and a hybrid scene
+LIBRARY = ""  # a file with a ray traced object, a ray traced collection and a hybrid scene
 
 
 def op(operator, **properties):
@@ -219,7 +219,7 @@ def save(_dice):
 
 def append(dice):
     """An object, a collection or a whole scene of a hybrid file; appended or linked."""
-    kind, name = dice.choice([("Object", "Flagged"), ("Collection", "Glasses"), ("Scene", "Other")])
+    kind, name = dice.choice([("Object", "Ray traced"), ("Collection", "Glasses"), ("Scene", "Other")])
     if kind == "Scene" and len(list(bpy.data.scenes)) > 6:
         return
     operator = bpy.ops.wm.append if dice.random() < 0.7 else bpy.ops.wm.link
@@ -239,7 +239,7 @@ def library(path: str) -> None:
     scene = bpy.context.scene
     scene.name = "Other"
     cube = bpy.data.objects["Cube"]
-    cube.name, cube.hybrid.ray_traced, cube.hybrid.opacity = "Flagged", True, 0.0
+    cube.name, cube.hybrid.ray_traced, cube.hybrid.opacity = "Ray traced", True, 0.0
     glasses = bpy.data.collections.new("Glasses")
     scene.collection.children.link(glasses)
     glasses.hybrid.ray_traced = True

@@ -66,11 +66,11 @@ def arrange() -> None:
 
 def names() -> set[str]:
     """What is ray traced."""
-    return {ob.name for ob in pipeline.flagged_objects(bpy.context.window_manager.windows[0].scene)}
+    return {ob.name for ob in pipeline.ray_traced_objects(bpy.context.window_manager.windows[0].scene)}
 
 
 def again() -> None:
-    """After the undo nothing is flagged; redo, and show the panels."""
+    """After the undo nothing is ray traced; redo, and show the panels."""
     window = bpy.context.window_manager.windows[0]
     assert names() == set(), names()
     view = next(area for area in window.screen.areas if area.type == "VIEW_3D")

@@ -300,7 +300,7 @@ def test_the_panels_draw(blender: Blender, folder: Path) -> None:
 
 
 def test_advice_flags_undoes_and_draws(blender: Blender, folder: Path) -> None:
-    """What needs rays, in a window: asked, flagged with one click, undone, redone; the list and the panels draw."""
+    """What needs rays, in a window: asked, ray traced with one click, undone, redone; the list and the panels draw."""
     printed = blender("--python", HERE / "advice.py", "--", folder, command=XVFB_BLENDER)
     assert "ADVICE: ok" in printed, printed
     assert read(folder / "advice.png").std() > 0.05

@@ -48,7 +48,7 @@ def steps() -> Iterator[float]:
     area.spaces.active.image = bpy.data.images["Render Result"]
     area.spaces.active.show_region_ui = True
     assert retrace.why_not(scene) == "", retrace.why_not(scene)
-    for b_object in pipeline.flagged_objects(scene):
+    for b_object in pipeline.ray_traced_objects(scene):
         b_object.hybrid.ior = 1.2
         b_object.hybrid.opacity = 0.1
     scene.hybrid.samples = 3
@@ -60,7 +60,7 @@ def steps() -> Iterator[float]:
     screen.shoot(f"{PREFIX}_window.png")
     images.write_render_result(f"{PREFIX}_later.exr", scene)  # the nodes are back: Blender has composited once more
     yield from job("whole", lambda: bpy.ops.render.render("INVOKE_DEFAULT"))
-    pipeline.flagged_objects(scene)[0].location.x += 0.1
+    pipeline.ray_traced_objects(scene)[0].location.x += 0.1
     yield 1.0
     assert "press F12" in retrace.why_not(scene)
     assert savers == {threading.main_thread()}, savers

@@ -56,8 +56,8 @@ def check() -> None:
             assert not ours, (scene.name, [n.name for n in ours])
             continue
         assert pipeline.trace_scene(scene).background_set == scene
-        held_out, flagged = set(pipeline.own_collection(scene).objects), set(pipeline.flagged_objects(scene))
-        assert held_out == flagged, (scene.name, [ob.name_full for ob in held_out ^ flagged])
+        held_out, ray_traced = set(pipeline.own_collection(scene).objects), set(pipeline.ray_traced_objects(scene))
+        assert held_out == ray_traced, (scene.name, [ob.name_full for ob in held_out ^ ray_traced])
         assert not nodes.feeds_nothing(scene, pipeline.source_layer(scene)), scene.name
         assert {n.scene for n in ours if n.get(nodes.ROLE) == "trace"} == {pipeline.trace_scene(scene)}
 

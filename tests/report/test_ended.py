@@ -12,7 +12,7 @@ from hybrid_addon.report.ended import ended_warnings
 from hybrid_addon.scene import Scene, Settings, World
 from hybrid_addon.tracer import trace
 
-DEFAULTS = Settings(samples=2, see="ALL", threads=1, max_depth=32, cutoff=1 / 255)
+DEFAULTS = Settings(samples=2, camera_sees="ALL", threads=1, max_depth=32, cutoff=1 / 255)
 
 
 def panes(count: int, world: float = 0.7, size: float = 1.0) -> Scene:

@@ -81,7 +81,7 @@ def instance(number, surface=0, matrix=None, name="", **other):
 
 
 def scene(*parts, **other):
-    """A scene of (mesh, surface) pairs, each an instance at the origin; flagged unless said otherwise."""
+    """A scene of (mesh, surface) pairs, each an instance at the origin; ray traced unless said otherwise."""
     meshes, surfaces, instances = [], list(other.pop("surfaces", ())), []
     for part in parts:
         shape, surface, *rest = part
@@ -117,7 +117,7 @@ def emitter(*color, **other):
     return Surface(name="emitter", base_color=(0, 0, 0), emission=color, **other)
 
 
-ONE_RAY = Settings(samples=1, see="ALL", threads=1)
+ONE_RAY = Settings(samples=1, camera_sees="ALL", threads=1)
 
 
 @pytest.fixture(scope="session")

@@ -59,10 +59,10 @@ def test_mirrors_reflect_what_is_not_flagged(build):
 
 def test_full_mode_shows_all_and_the_world(build):
     s = build.scene((left_half(build), build.emitter(1, 2, 3), PLAIN), world=World((0.25, 0.5, 0.75)))
-    film = trace(s, replace(HYBRID, see="ALL"))
+    film = trace(s, replace(HYBRID, camera_sees="ALL"))
     np.testing.assert_array_equal(film.coverage, 1)
     np.testing.assert_array_equal(film.radiance[:, 10:], np.broadcast_to([0.25, 0.5, 0.75], (16, 6, 3)))
-    transparent = trace(s, replace(HYBRID, see="ALL", transparent=True))
+    transparent = trace(s, replace(HYBRID, camera_sees="ALL", transparent=True))
     np.testing.assert_array_equal(transparent.coverage[:, 10:], 0)
     np.testing.assert_array_equal(transparent.radiance[:, 7], np.broadcast_to([1, 2, 3], (16, 3)))
 
@@ -71,7 +71,7 @@ def test_an_index_matched_surface_before_a_transparent_sky_covers_nothing(build)
     tinted = replace(build.glass(1.0), opacity=0.25, base_color=(0, 0, 0))
     for surface, coverage in ((build.glass(1.0), 0), (tinted, 0.25)):
         s = build.scene((everything(build), surface), world=World((1, 1, 1)))
-        film = trace(s, replace(HYBRID, see="ALL", transparent=True))
+        film = trace(s, replace(HYBRID, camera_sees="ALL", transparent=True))
         np.testing.assert_array_equal(film.coverage, coverage)
         np.testing.assert_array_equal(film.radiance, 0)
 
@@ -96,7 +96,7 @@ def test_behind_a_pane_that_the_raster_sees_through_the_flagged_object_is_found(
     film = trace(s, HYBRID, mask=np.ones((16, 16), np.float32))
     np.testing.assert_array_equal(film.radiance, np.broadcast_to([1, 2, 3], (16, 16, 3)))
     np.testing.assert_array_equal(film.coverage, 0)
-    assert counted(film, "behind what is not flagged") == 256
+    assert counted(film, "behind what is not ray traced") == 256
 
 
 def test_pixels_beside_the_object_take_their_neighbours_colour(build):
@@ -176,7 +176,7 @@ def test_camera_rays_stay_camera_rays_behind_an_index_matched_surface(build):
 
 
 def test_a_pane_in_front_does_not_hide_what_is_behind_a_flagged_pane(build):
-    # Only the first hit of such a pixel is restricted to flagged geometry; behind it camera rays see all again.
+    # Only the first hit of such a pixel is restricted to ray traced geometry; behind it camera rays see all again.
     s = build.scene(
         (everything(build, 1), build.emitter(9, 9, 9), PLAIN),
         (everything(build), build.glass(1.0), FLAGGED),
@@ -240,7 +240,7 @@ def test_an_empty_scene(build):
     s = build.scene(world=World((0.25, 0.5, 0.75)))
     film = trace(s, HYBRID)
     assert (film.coverage == 0).all() and (film.radiance == 0).all()
-    film = trace(s, replace(HYBRID, see="ALL"))
+    film = trace(s, replace(HYBRID, camera_sees="ALL"))
     np.testing.assert_array_equal(film.radiance, np.broadcast_to([0.25, 0.5, 0.75], (16, 16, 3)))
 
 

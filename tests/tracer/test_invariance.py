@@ -48,7 +48,7 @@ def everything(build):
     return replace(s, spheres=shapes, planes=(Plane("ground", (0, 0, -0.5), (0, 0, 1), 2),))
 
 
-SETTINGS = Settings(samples=4, see="ALL", threads=1, max_depth=5)
+SETTINGS = Settings(samples=4, camera_sees="ALL", threads=1, max_depth=5)
 
 
 @pytest.fixture(scope="module")

@@ -223,7 +223,7 @@ def test_known_scenes(build, seed):
 
 def compare(build, seed):
     scene = random_scene(build, seed)
-    film = trace(scene, Settings(samples=1, see="ALL", threads=1, max_depth=3, shadow_samples=0))
+    film = trace(scene, Settings(samples=1, camera_sees="ALL", threads=1, max_depth=3, shadow_samples=0))
     assert not any(film.invariants.values())
     expected = Oracle(scene, 3).picture()
     off = np.abs(film.radiance - expected).max(2) > 1e-4 * (1 + expected.max())

@@ -122,11 +122,11 @@ class Draw:
         return scene
 
     def open_scene(self):
-        """A flagged thing among many boxes that let no light through: much of it no ray can meet."""
+        """A ray traced thing among many boxes that let no light through: much of it no ray can meet."""
         build = self.build
         quad, ball = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]), build.icosphere(1, 0.8, smooth=True)
-        flagged = self.one_of((quad, build.mirror(0.6)), (quad, build.matte()), (ball, build.matte()))
-        parts = [(*flagged, {"matrix": self.matrix()})]
+        ray_traced = self.one_of((quad, build.mirror(0.6)), (quad, build.matte()), (ball, build.matte()))
+        parts = [(*ray_traced, {"matrix": self.matrix()})]
         for _ in range(self.rng.integers(3, 30)):
             middle, half = np.array(self.place(6)), self.rng.uniform(0.05, 0.6, 3)
             box = build.box(tuple(middle - half), tuple(middle + half))
@@ -163,10 +163,10 @@ def same(a, b):
 
 @every_scene
 def test_how_work_is_dealt_out_changes_no_bit(draw, monkeypatch):
-    scene, see = draw.scene(), draw.one_of("ALL", "FLAGGED")
-    how = draw.settings(see=see, transparent=draw.happens(0.3), passes=draw.one_of(frozenset(), PASSES))
+    scene, camera_sees = draw.scene(), draw.one_of("ALL", "RAY_TRACED")
+    how = draw.settings(camera_sees=camera_sees, transparent=draw.happens(0.3), passes=draw.one_of(frozenset(), PASSES))
     mask = None
-    if see == "FLAGGED":
+    if camera_sees == "RAY_TRACED":
         mask = trace(scene, how).coverage if draw.happens(0.6) else None
         how = replace(
             how, raster_shadows=draw.happens(0.4), caustics=draw.one_of("NONE", "SIMPLE", "PHOTONS"), photons=2000
@@ -182,7 +182,7 @@ def test_how_work_is_dealt_out_changes_no_bit(draw, monkeypatch):
 
 @every_scene
 def test_what_is_left_out_changes_no_bit(draw):
-    scene, how = draw.scene(), draw.settings(see=draw.one_of("ALL", "FLAGGED"))
+    scene, how = draw.scene(), draw.settings(camera_sees=draw.one_of("ALL", "RAY_TRACED"))
     film = trace(scene, how)
     for name in draw.rng.choice(EXACT, 3, replace=False).tolist():
         same(trace(scene, replace(how, keep=frozenset({name}))), film)

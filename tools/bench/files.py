@@ -14,7 +14,7 @@ from hybrid_addon.blender.render.settings import tracer_settings
 from hybrid_addon.blender.sync import translate
 from hybrid_addon.presets import Quality
 from hybrid_addon.scene import Float32, Scene, Settings
-from hybrid_addon.tracer import Kept, trace
+from hybrid_addon.tracer import SceneCache, trace
 
 from .measure import ROOT
 
@@ -75,9 +75,11 @@ def translated(name: str, size: Size) -> tuple[Scene, Settings]:
     return translation.scene, replace(tracer_settings(scene), adaptive=0.0)
 
 
-def traced(scene: Scene, settings: Settings, mask: Float32 | None = None, kept: Kept | None = None) -> dict[str, Any]:
-    """Trace, and keep of the film what it cost. kept: what this frame leaves for the next."""
-    film = trace(scene, settings, mask, kept=kept)
+def traced(
+    scene: Scene, settings: Settings, mask: Float32 | None = None, cache: SceneCache | None = None
+) -> dict[str, Any]:
+    """Trace, and keep of the film what it cost. cache: what this frame leaves for the next."""
+    film = trace(scene, settings, mask, cache=cache)
     return {"time": film.time, "rays": film.rays}
 
 

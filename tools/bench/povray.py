@@ -51,7 +51,9 @@ def against_povray(bench: Bench) -> list[Table]:
         for side in (1, 4):
             if bench.is_over(table):
                 break
-            how = replace(settings, samples=side * side, see="ALL", max_depth=DEPTH, cutoff=CUTOFF, adaptive=0.0)
+            how = replace(
+                settings, samples=side * side, camera_sees="ALL", max_depth=DEPTH, cutoff=CUTOFF, adaptive=0.0
+            )
             pov = partial(_povray, program, model, (size[0] * side, size[1] * side))
             timings = bench.side_by_side({"ours": partial(files.traced, scene, how), "povray": pov})
             ours, theirs = timings["ours"], timings["povray"]

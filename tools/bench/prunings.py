@@ -31,7 +31,7 @@ def prunings(bench: Bench) -> list[Table]:
             break
         bench.say(name)
         scene, settings = files.translated(name, size)
-        how = replace(settings, samples=4, see="FLAGGED", threads=1)
+        how = replace(settings, samples=4, camera_sees="RAY_TRACED", threads=1)
         rows = {str(row["name"]): row for row in trace(scene, how).plan if _counts(row)}
         work = {"": partial(_traced, scene, how, "")} | {left: partial(_traced, scene, how, left) for left in rows}
         timings = bench.side_by_side(work)

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from hybrid_addon.scene import Float32, Scene, Settings
-from hybrid_addon.tracer import Kept
+from hybrid_addon.tracer import SceneCache
 
 from . import files, models
 from .measure import Bench
@@ -28,10 +28,10 @@ def coverage(bench: Bench) -> list[Table]:
     scene, settings = files.all_flagged(scene), replace(settings, samples=4)
     masks = {f"{share:.0%}": tiles(size, share) for share in SHARES}
     candidates = {name: partial(files.traced, scene, settings, mask) for name, mask in masks.items()}
-    everything = replace(settings, see="ALL")
+    everything = replace(settings, camera_sees="ALL")
     candidates["full"] = partial(files.traced, scene, everything)
-    candidates[f"10%, {LATER}"] = partial(files.traced, scene, settings, masks["10%"], Kept())
-    candidates[f"full, {LATER}"] = partial(files.traced, scene, everything, None, Kept())
+    candidates[f"10%, {LATER}"] = partial(files.traced, scene, settings, masks["10%"], SceneCache())
+    candidates[f"full, {LATER}"] = partial(files.traced, scene, everything, None, SceneCache())
     timings = bench.side_by_side(candidates)
     table = Table(
         f"Mask coverage: complex, {size[0]}x{size[1]}, 4 samples",
@@ -63,7 +63,7 @@ def triangles(bench: Bench) -> list[Table]:
     """1e3 to 1e6 triangles: a ball of glass on a floor."""
     size = (128, 96) if bench.quick else (512, 384)
     levels = (3, 5) if bench.quick else (3, 4, 5, 6, 7, 8)
-    how = Settings(samples=4, see="ALL")
+    how = Settings(samples=4, camera_sees="ALL")
     work = {f"{20 * 4**n + 2:,}": models.ball_on_floor(n, models.GLASS, size) for n in levels}
     return [_grow(bench, "Triangles: a glass ball", size, "triangles", {name: (s, how) for name, s in work.items()})]
 
@@ -71,7 +71,7 @@ def triangles(bench: Bench) -> list[Table]:
 def lights(bench: Bench) -> list[Table]:
     """1 to 32 point lights with shadows: a matte ball on a floor."""
     size = (128, 96) if bench.quick else (512, 384)
-    how = Settings(samples=4, see="ALL")
+    how = Settings(samples=4, camera_sees="ALL")
     numbers = (1, 4) if bench.quick else (1, 2, 4, 8, 16, 32)
     work = {str(n): (models.ball_on_floor(5, models.MATTE, size, n), how) for n in numbers}
     return [_grow(bench, "Lights: a matte ball", size, "lights", work)]
@@ -82,14 +82,14 @@ def depth(bench: Bench) -> list[Table]:
     size = (128, 96) if bench.quick else (512, 384)
     depths = (0, 4) if bench.quick else (0, 1, 2, 4, 8, 16, 32, 64)
     scene = models.between_mirrors(size)
-    work = {str(n): (scene, Settings(samples=1, see="ALL", max_depth=n)) for n in depths}
+    work = {str(n): (scene, Settings(samples=1, camera_sees="ALL", max_depth=n)) for n in depths}
     return [_grow(bench, "Bounces: two mirrors face to face", size, "bounces", work)]
 
 
 def resolution(bench: Bench) -> list[Table]:
     """From 160x120 to 2560x1920: time and memory."""
     sizes = ((80, 60), (160, 120)) if bench.quick else ((160, 120), (320, 240), (640, 480), (1280, 960), (2560, 1920))
-    how = Settings(samples=4, see="ALL")
+    how = Settings(samples=4, camera_sees="ALL")
     work = {f"{s[0]}x{s[1]}": (models.ball_on_floor(5, models.GLASS, s), how) for s in sizes}
     table = _grow(bench, "Resolution: a glass ball", None, "pixels", work)
     table.columns = [*table.columns, "arrays MB"]

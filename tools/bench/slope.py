@@ -50,7 +50,7 @@ def slope(bench: Bench) -> list[Table]:
 
 def _errors(scene: Scene, deep: int) -> list[float]:
     """RMSE at each count, over all pixels, of all seeds."""
-    how = Settings(see="ALL", cutoff=1e-3)
+    how = Settings(camera_sees="ALL", cutoff=1e-3)
     x0, y0, x1, y1 = scene.camera.window
     everything = np.ones((y1 - y0, x1 - x0), bool)
     target = trace(scene, replace(how, samples=deep * COUNTS[-1], seed=99)).radiance.astype(np.float64)

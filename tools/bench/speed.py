@@ -32,7 +32,7 @@ def rays(bench: Bench) -> list[Table]:
             if bench.is_over(table):
                 return [table]
             bench.say(f"{name}, {samples} samples")
-            how = replace(settings, samples=samples, see="ALL", threads=n)
+            how = replace(settings, samples=samples, camera_sees="ALL", threads=n)
             with recorded() as recording:
                 trace(scene, replace(how, processes=False))
             timings = bench.side_by_side(
@@ -66,7 +66,7 @@ def threads(bench: Bench) -> list[Table]:
         if bench.is_over(table):
             break
         scene, settings = files.translated(name, size)
-        how = replace(settings, samples=samples, see="ALL")
+        how = replace(settings, samples=samples, camera_sees="ALL")
         bench.say(f"{name}, {samples} samples, threads {steps}")
         with recorded() as recording:
             trace(scene, replace(how, samples=1, processes=False))

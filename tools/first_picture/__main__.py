@@ -76,7 +76,7 @@ def write(folder: Path) -> None:
 def tabulated(figures: Mapping[str, Mapping[str, Any]]) -> Table:
     """One row for each scene, and their means."""
     columns = {
-        "of the picture": "flagged",
+        "of the picture": "ray traced",
         "RMSE EEVEE": "eevee rmse",
         "RMSE Hybrid": "hybrid rmse",
         "of Cycles' noise": "noise",

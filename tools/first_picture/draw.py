@@ -105,20 +105,20 @@ class Drawing:
             note = self.notes["cycles"]
 
     def _compare(self) -> dict[str, Any]:
-        """The sheet, and errors over the flagged pixels as they are shown, against Cycles."""
+        """The sheet, and errors over the ray traced pixels as they are shown, against Cycles."""
         chunks = self.notes["cycles"]["chunks"]
         parts = [self._read(f"cycles-{seed}") for seed in range(len(chunks))]
         linear = {"eevee": self._read("eevee"), "hybrid": self._read("hybrid"), "cycles": _mean(parts, chunks)}
         shown = {name: self._shown(name, picture) for name, picture in linear.items()}
         row([self.folder / f"{name}.png" for name in linear], self.folder / "sheet.png")
-        flagged = self._read("mask")[..., 0] > 0.5
+        ray_traced = self._read("mask")[..., 0] > 0.5
         halves = [self._shown(f"half{i}", _mean(parts[i::2], chunks[i::2])) for i in (0, 1)] if len(parts) > 1 else []
-        found: dict[str, Any] = {"flagged": float(flagged.mean()), "cycles samples": sum(chunks)}
-        found["noise"] = metrics.rmse(halves[0], halves[1], flagged) / 2 if halves else None
+        found: dict[str, Any] = {"ray traced": float(ray_traced.mean()), "cycles samples": sum(chunks)}
+        found["noise"] = metrics.rmse(halves[0], halves[1], ray_traced) / 2 if halves else None
         for name in ("eevee", "hybrid"):
             difference = metrics.flip(srgb_to_linear(shown[name]), srgb_to_linear(shown["cycles"]))
-            found[f"{name} rmse"] = metrics.rmse(shown[name], shown["cycles"], flagged)
-            found[f"{name} flip"] = None if difference is None else float(difference[flagged].mean())
+            found[f"{name} rmse"] = metrics.rmse(shown[name], shown["cycles"], ray_traced)
+            found[f"{name} flip"] = None if difference is None else float(difference[ray_traced].mean())
         for name in ("eevee", "hybrid", "cycles"):
             found[f"{name} wall"], found[f"{name} cpu"] = self.notes[name]["wall"], self.notes[name]["cpu"]
         return {**found, "warnings": self.notes["hybrid"]["warnings"]}

@@ -56,7 +56,7 @@ def car_paint() -> None:
 
 
 def _shell(name: str, material: object, x: np.ndarray, wide: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
-    """A closed skin over superellipses along X; flagged if it is the body."""
+    """A closed skin over superellipses along X; ray traced if it is the body."""
     angle = np.arange(40) * 2 * np.pi / 40
     across = np.sign(np.cos(angle)) * np.abs(np.cos(angle)) ** 0.6
     above = np.sign(np.sin(angle)) * np.abs(np.sin(angle)) ** 0.6

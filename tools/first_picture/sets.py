@@ -75,7 +75,7 @@ def rod(name: str, material: Any, points: list[Place], radius: Any, count: int =
 
 
 def goblet(at: Place = (0.0, 0.0, 0.001)) -> Any:
-    """The still lifes' wine glass of clear glass, flagged."""
+    """The still lifes' wine glass of clear glass, ray traced."""
     return kit.flag(wine_glass(kit.glass("Clear glass"), at))
 
 

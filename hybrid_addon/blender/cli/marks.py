@@ -27,7 +27,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def apply(scene: bpy.types.Scene, arguments: argparse.Namespace) -> None:
-    """Flag the named objects, with the values given; values without names go to all objects that are flagged."""
+    """Flag the named objects, with the values given; values without names go to all objects that are ray traced."""
     values = {name: getattr(arguments, name) for name in VALUES}
     own = {b_object.name: b_object for b_object in scene.objects}
     if arguments.ray_traced:
@@ -35,8 +35,8 @@ def apply(scene: bpy.types.Scene, arguments: argparse.Namespace) -> None:
         chosen = [find(own, name, "object", f"scene '{scene.name}'") for name in arguments.ray_traced]
     else:
         given = any(value is not None for value in values.values())
-        flagged = flags.Flags(scene)
-        chosen = [ob for ob in scene.objects if flagged.is_ray_traced(ob)] if given else []
+        ray_traced = flags.Flags(scene)
+        chosen = [ob for ob in scene.objects if ray_traced.is_ray_traced(ob)] if given else []
         if given and not chosen:
             raise HybridError("no object is ray traced: name some with --ray-traced")
     for b_object in chosen:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...measure.error_time import metrics
 from ...measure.error_time.reference import SEEDS, Reference
-from ...measure.error_time.renders import Axes, Studio
+from ...measure.error_time.renders import Axes, Renders
 from ...measure.error_time.sweep import Say
 from ...scene import Float64
 from ..errors import HybridError
@@ -27,8 +27,8 @@ DEEP, PHYSICAL = 0.6, 0.2
 
 def against_cycles(
     scene: bpy.types.Scene,
-    studio: Studio,
-    physical: Callable[[], Studio] | None,
+    renders: Renders,
+    physical: Callable[[], Renders] | None,
     deep: Reference,
     axes: Axes,
     samples: Sequence[int],
@@ -47,10 +47,10 @@ def against_cycles(
         say("our reference with physical lights, to compare with Cycles")
         ours = _deep(physical(), deep, axes, PHYSICAL * (until - time.perf_counter()))
     try:
-        cycles.whitted_subset(scene, studio.scene, axes.deepest)
+        cycles.whitted_subset(scene, renders.scene, axes.deepest)
     except HybridError as error:
         return {"why": f"Not measured: {error}."}
-    weight = studio.weight(deep.films[0])[..., None].astype(np.float64)
+    weight = renders.weight(deep.films[0])[..., None].astype(np.float64)
     cycles.limit(scene, _box(deep.regions["all"]), (weight.shape[1], weight.shape[0]))
     cycles.draw(scene, 1, 0)  # warm
     each = max(1e-6, cycles.draw(scene, TRIAL, 0)[1]["wall"] / TRIAL)
@@ -105,11 +105,11 @@ def _points(
     return points, [count for count in samples if count not in pictures]
 
 
-def _deep(studio: Studio, deep: Reference, axes: Axes, seconds: float) -> Float64:
+def _deep(renders: Renders, deep: Reference, axes: Axes, seconds: float) -> Float64:
     """A picture (h, w, 3) as deep as the reference, with fewer samples, for which there are seconds."""
     count = deep.quality.samples // 4
     count = max(1, count if axes.patient else min(count, int(seconds / max(deep.each, 1e-9))))
-    return studio.shown(studio.trace(replace(deep.quality, samples=count))).astype(np.float64)
+    return renders.shown(renders.trace(replace(deep.quality, samples=count))).astype(np.float64)
 
 
 def _box(region: metrics.Bools) -> tuple[int, int, int, int]:

@@ -26,7 +26,7 @@ HOW = "Cycles' Whitted subset of the same file: the same lamps and roughness, no
 
 def whitted_subset(b_scene: bpy.types.Scene, scene: Scene, max_depth: int) -> None:
     """Make the file Cycles' own. scene: its translation, for the Custom surfaces. HybridError if there is no Cycles."""
-    flagged = scene_setup.flagged_objects(b_scene)
+    ray_traced = scene_setup.ray_traced_objects(b_scene)
     scene_setup.disable(b_scene)
     try:
         b_scene.render.engine = "CYCLES"
@@ -45,7 +45,7 @@ def whitted_subset(b_scene: bpy.types.Scene, scene: Scene, max_depth: int) -> No
     for b_object in b_scene.objects:
         if b_object.type == "LIGHT":
             b_object.visible_camera = False
-    for b_object in flagged:
+    for b_object in ray_traced:
         _say_custom(b_object, surfaces.get(b_object.name, []))
 
 

@@ -20,7 +20,7 @@ from ...clock import Clock
 from ...measure.error_time import findings, host, metrics, page
 from ...measure.error_time.budget import Budget
 from ...measure.error_time.reference import ENOUGH, Pilot, Reference, pilot, reference
-from ...measure.error_time.renders import Axes, Studio
+from ...measure.error_time.renders import Axes, Renders
 from ...measure.error_time.sweep import Point, Say, combinations, expected, knobs, measure, promising
 from ...presets import Quality
 from ...scene import Film, Float32, Settings
@@ -54,7 +54,7 @@ class _Set:
     size: Size
     raster: Float32 | None
     translation: Translation
-    studio: Studio
+    renders: Renders
     pilot: Pilot
     time: dict[str, dict[str, float]]
 
@@ -74,27 +74,27 @@ def write(
     budget = Budget(60 * minutes)
     until = budget.begin("reference")
     ready, left_out = _ready(scene, axes, mode, resolution, until, say)
-    studio, axes = ready.studio, replace(axes, reference_cutoff=ready.pilot.cutoff)
+    renders, axes = ready.renders, replace(axes, reference_cutoff=ready.pilot.cutoff)
     say(f"reference: up to {axes.reference_samples} samples, {axes.deepest} bounces, cutoff {axes.reference_cutoff:g}")
-    deep = reference(studio, axes, ready.pilot.each, until)
+    deep = reference(renders, axes, ready.pilot.each, until)
     if not deep.regions["all"].any():
         raise HybridError(UNSEEN)
     if deep.quality.samples < axes.reference_samples:
         why = "there was no time for more"
         left_out.append({"what": f"reference samples beyond {deep.quality.samples}", "why": why})
-    single = knobs(studio, axes, deep, say, budget.begin("knobs"))
+    single = knobs(renders, axes, deep, say, budget.begin("knobs"))
     if single["left_out"]:
         left_out.append({"what": f"{single['left_out']} pairs of bounces and cutoff", "why": single["why"]})
     cost = partial(expected, single=single, deep=deep)
-    wished = combinations(axes, promising(single["entries"], deep.noise()))
+    wanted_workers = combinations(axes, promising(single["entries"], deep.noise()))
     if not cycles_samples:
         budget.shares = {**budget.shares, "points": budget.shares["points"] + budget.shares["cycles"]}
-    points, late = measure(studio, wished, deep, axes.repeats, say, budget.begin("points"), cost)
+    points, late = measure(renders, wanted_workers, deep, axes.repeats, say, budget.begin("points"), cost)
     left_out += findings.too_late(late)
-    seconds = ready.time["translate"]["wall"] + studio.build["wall"]
-    is_physical = scene.hybrid.light_falloff == "PHYSICAL" or not studio.scene.lights
+    seconds = ready.time["translate"]["wall"] + renders.build["wall"]
+    is_physical = scene.hybrid.light_falloff == "PHYSICAL" or not renders.scene.lights
     physical = None if is_physical else partial(_physical, scene, ready)
-    theirs = against_cycles(scene, studio, physical, deep, axes, cycles_samples, say, budget.begin("cycles"))
+    theirs = against_cycles(scene, renders, physical, deep, axes, cycles_samples, say, budget.begin("cycles"))
     left_out += [
         {"what": f"Cycles, {n} samples", "why": "there was no time for it"} for n in theirs.get("left_out", [])
     ]
@@ -116,7 +116,7 @@ def write(
         },
         "settings": public_settings(scene),
         "minutes": {"asked": minutes, "spent": {part: spent / 60 for part, spent in budget.spent.items()}},
-        "time": {**ready.time, "build": studio.build},
+        "time": {**ready.time, "build": renders.build},
         "knobs": single,
         "points": [{**p.as_dict(seconds), "alone": p.quality == axes.deep(p.quality.samples)} for p in points],
         "pareto": front,
@@ -124,13 +124,13 @@ def write(
         "presets": findings.presets(points, times, deep),
         "slopes": {name: asdict(s) for name, s in findings.slopes(points, deep, single, axes).items()},
         "cycles": {**theirs, "equal_error": findings.equal_errors(theirs, points, seconds)},
-        "plan": studio.plan(quality),
+        "plan": renders.plan(quality),
         "skipped": film.skipped,
         "invariants": findings.invariants(points),
         "left_out": left_out,
         "notes": [*findings.reservations(points, deep, single), *ready.translation.warnings, *flip],
     }  # fmt: skip
-    text = page.render(report, _pictures(name, film, studio, deep, ready.raster))
+    text = page.render(report, _pictures(name, film, renders, deep, ready.raster))
     with files.atomic(folder / "report.json") as data, files.atomic(folder / "report.html") as html:
         Path(data).write_text(json.dumps(_finite(report), indent=1, allow_nan=False), encoding="utf-8")
         Path(html).write_text(text, encoding="utf-8")
@@ -147,7 +147,7 @@ def _ready(
     scene: bpy.types.Scene, axes: Axes, mode: str | None, resolution: Size | None, until: float, say: Say
 ) -> tuple[_Set, list[dict[str, str]]]:
     """The scene, at a size at which the reference can be good in its time, if that may be chosen; what this cost."""
-    size = wished = _set_up(scene, mode, resolution)
+    size = wanted_workers = _set_up(scene, mode, resolution)
     while True:
         began = time.perf_counter()
         found = _prepared(scene, size, axes, until, say)
@@ -160,10 +160,10 @@ def _ready(
         each = found.pilot.each / 60
         raise HybridError(f"one sample of the reference takes about {each:.2g} minutes: raise --minutes, or lower "
                           "--resolution or --max-depth")  # fmt: skip
-    if size == wished:
+    if size == wanted_workers:
         return found, []
     why = f"a reference of {ENOUGH} samples has no time there: {size[0]} x {size[1]} instead"
-    return found, [{"what": f"{wished[0]} x {wished[1]} pixels", "why": why}]
+    return found, [{"what": f"{wanted_workers[0]} x {wanted_workers[1]} pixels", "why": why}]
 
 
 def _prepared(scene: bpy.types.Scene, size: Size, axes: Axes, until: float, say: Say) -> _Set:
@@ -174,13 +174,13 @@ def _prepared(scene: bpy.types.Scene, size: Size, axes: Axes, until: float, say:
     clock = Clock()
     translation = scan.translated(scene, size)
     spent["translate"] = clock.read()
-    studio = Studio(translation.scene, _settings(scene), mask)
-    return _Set(size, raster, translation, studio, pilot(studio, axes, until), spent)
+    renders = Renders(translation.scene, _settings(scene), mask)
+    return _Set(size, raster, translation, renders, pilot(renders, axes, until), spent)
 
 
-def _physical(scene: bpy.types.Scene, ready: _Set) -> Studio:
+def _physical(scene: bpy.types.Scene, ready: _Set) -> Renders:
     """The same with lights that never end."""
-    return Studio(scan.translated(scene, ready.size, "PHYSICAL").scene, _settings(scene), ready.studio.mask)
+    return Renders(scan.translated(scene, ready.size, "PHYSICAL").scene, _settings(scene), ready.renders.mask)
 
 
 def _set_up(scene: bpy.types.Scene, mode: str | None, resolution: Size | None) -> Size:
@@ -258,11 +258,11 @@ def _chosen(points: Sequence[Point], deep: Reference) -> tuple[str, Film, Qualit
     return "Half of the reference (there was no time for any preset)", deep.films[0], deep.quality
 
 
-def _pictures(name: str, film: Film, studio: Studio, deep: Reference, raster: Float32 | None) -> dict[str, Float32]:
+def _pictures(name: str, film: Film, renders: Renders, deep: Reference, raster: Float32 | None) -> dict[str, Float32]:
     """A film in the composite, ten times its error, and its residual, each by its caption."""
-    shown = studio.shown(film)
+    shown = renders.shown(film)
     whole = shown if raster is None else shown + raster[..., :3]
-    residual = np.repeat((film.residual * studio.weight(film))[..., None], 3, axis=-1)
+    residual = np.repeat((film.residual * renders.weight(film))[..., None], 3, axis=-1)
     return {
         name: whole,
         f"{name}: 10 x its error": np.asarray(10 * np.abs(shown - deep.picture), np.float32),

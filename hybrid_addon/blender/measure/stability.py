@@ -223,13 +223,15 @@ def _() -> Measured:
         b_thing.hide_render = b_thing.hide_viewport = False
         shown = seen(b_scene)
         b_thing.hybrid.ray_traced, b_thing.hybrid.surface, b_thing.hybrid.reflectivity = True, "CUSTOM", 1.0
-        flagged = seen(b_scene)
+        ray_traced = seen(b_scene)
         b_thing.hybrid.ray_traced, b_thing.hybrid.surface = False, "MATERIAL"
         unflagged = seen(b_scene)
         bpy.data.objects.remove(b_thing)
         add_mesh(b_scene)
         again = seen(b_scene)
-    if np.max(hidden.radiance) == np.max(first.radiance) or not all(films_differ(f, first) for f in (moved, flagged)):
+    if np.max(hidden.radiance) == np.max(first.radiance) or not all(
+        films_differ(f, first) for f in (moved, ray_traced)
+    ):
         return Measured(np.nan, "an edit does not show")
     return Measured(max(films_differ(film, first) for film in (shown, unflagged, again)))
 

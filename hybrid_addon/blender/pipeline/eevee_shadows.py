@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import bpy
 
+from ..view_layers import MASK_MARK
 from . import scene_setup
-from .view_layers import MASK_MARK
 
 shared: dict[str, list[str]] = {}
 """By scene: objects that keep EEVEE's shadows because something shows them that is not ray traced, too."""

@@ -14,8 +14,8 @@ from typing import Any, TypeVar
 import bpy
 
 from ..errors import HybridError
+from ..view_layers import copy_evaluation, source_layer
 from . import scene_setup
-from .view_layers import copy_evaluation, source_layer
 
 EMPTY_MARK = "hybrid_empty"  # custom property on a scene that is rendered for what happens meanwhile
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ..flags import shows_flagged
+from ..flags import shows_ray_traced
 from . import nodes
 
 Fingerprint = tuple[Any, ...]
@@ -36,7 +36,7 @@ def _layer(b_layer: bpy.types.LayerCollection | None) -> Fingerprint:
     return (
         (collection.name, b_layer.exclude, b_layer.holdout, b_layer.indirect_only, collection.hide_render),
         collection.hybrid.ray_traced,
-        tuple((ob.name, ob.hybrid.ray_traced, shows_flagged(ob)) for ob in collection.objects),
+        tuple((ob.name, ob.hybrid.ray_traced, shows_ray_traced(ob)) for ob in collection.objects),
         tuple(_layer(child) for child in b_layer.children),
     )
 

@@ -44,7 +44,7 @@ def leave() -> None:
 
 
 def _line(scene: bpy.types.Scene) -> str:
-    names = [ob.name for ob in scene_setup.flagged_objects(scene)]
+    names = [ob.name for ob in scene_setup.ray_traced_objects(scene)]
     return f"- scene '{scene.name}': {', '.join(names) or 'none yet'}"
 
 

@@ -19,10 +19,10 @@ import bpy
 
 from ..errors import HybridError
 from ..flags import Flags
+from ..view_layers import SOURCE_MARK, copy_evaluation, mask_layer, set_, source_layer, sync_mask_layer
 from . import nodes, opengl
 from .restore import Restore
 from .transmission import transmit
-from .view_layers import SOURCE_MARK, copy_evaluation, mask_layer, set_, source_layer, sync_mask_layer
 
 COLLECTION = "Hybrid Traced"
 TRACE_SCENE = "Hybrid Trace"
@@ -88,7 +88,7 @@ def own_collection(scene: bpy.types.Scene) -> bpy.types.Collection | None:
 def effective_mode(scene: bpy.types.Scene) -> str:
     """The mode, but RASTER where nothing is ray traced: an empty mask costs nothing."""
     mode = scene.hybrid.mode
-    return "RASTER" if mode == "HYBRID" and not flagged_objects(scene) else mode
+    return "RASTER" if mode == "HYBRID" and not ray_traced_objects(scene) else mode
 
 
 def needs_raster(scene: bpy.types.Scene) -> bool:
@@ -104,7 +104,7 @@ def traces_shadows(scene: bpy.types.Scene) -> bool:
     choice = scene.hybrid.traced_shadows
     if choice == "OFF" or effective_mode(scene) != "HYBRID":
         return False
-    return choice == "ON" or scene.hybrid.caustics != "NONE" or transmit(flagged_objects(scene))
+    return choice == "ON" or scene.hybrid.caustics != "NONE" or transmit(ray_traced_objects(scene))
 
 
 def needs_albedo(scene: bpy.types.Scene) -> bool:
@@ -112,7 +112,7 @@ def needs_albedo(scene: bpy.types.Scene) -> bool:
     return scene.hybrid.caustics == "PHOTONS" and traces_shadows(scene)
 
 
-def flagged_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+def ray_traced_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """The ray traced ones of them."""
     flags = Flags(scene)
     return [b_object for b_object in rendered_objects(scene) if flags.is_ray_traced(b_object)]
@@ -274,7 +274,7 @@ def _sync_collection(scene: bpy.types.Scene) -> bpy.types.Collection:
         collection = bpy.data.collections.new(COLLECTION)
         collection[COLLECTION_MARK] = True
         scene.collection.children.link(collection)
-    wanted = flagged_objects(scene)
+    wanted = ray_traced_objects(scene)
     there = set(collection.objects)  # not by name: a linked object may have that of a local one
     for b_object in there.difference(wanted):
         collection.objects.unlink(b_object)

@@ -53,7 +53,7 @@ _viewports: dict[int, _Viewport] = {}  # by the region's address
 _edits = 0  # changes of the scene so far
 _translated: tuple[int, str, Any] | None = None  # (edits, scene name, scene translated at that time)
 _compiled: tuple[Any, Any] | None = None  # (translated scene, the same ready to trace)
-_left: caches.Left | None = None  # for the next translation
+_left: caches.FrameCaches | None = None  # for the next translation
 _handle: Any = None
 
 
@@ -196,13 +196,13 @@ def _start(viewport: _Viewport) -> Job | None:
 
 
 def _translate(scene: bpy.types.Scene, view: View) -> Any:
-    from ..sync import Kept, translate
+    from ..sync import MeshCache, translate
 
     global _translated, _left
     if _translated is None or _translated[:2] != (_edits, scene.name):
         depsgraph = bpy.context.evaluated_depsgraph_get()
         if _left is None or _left.scene != scene.name:
-            _left = caches.Left(scene.name, Kept(learns=True))
+            _left = caches.FrameCaches(scene.name, MeshCache(learns=True))
         translation = translate(
             depsgraph, scene, (1, 1), (0, 0, 1, 1),
             light_falloff=scene.hybrid.light_falloff, camera=view.camera(1), kept=_left.meshes,
@@ -212,7 +212,7 @@ def _translate(scene: bpy.types.Scene, view: View) -> Any:
 
 
 def _keep(job: Job) -> None:
-    """Keep what has been made ready to trace for the next view of the same scene."""
+    """Keep what has been prepared to trace for the next view of the same scene."""
     global _compiled
     if job.compiled is not None:
         _compiled = (job.scene, job.compiled)

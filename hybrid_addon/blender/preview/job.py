@@ -16,7 +16,7 @@ from .display import Display
 from .view import Rect, View
 
 if TYPE_CHECKING:
-    from ...tracer import CompiledScene, Kept
+    from ...tracer import CompiledScene, SceneCache
 
 COARSE = (8, 4, 2)
 """Region pixels across one traced pixel, at first."""
@@ -58,7 +58,7 @@ class Job:
         display: Display,
         budget: float,
         compiled: CompiledScene | None = None,
-        kept: Kept | None = None,
+        kept: SceneCache | None = None,
     ) -> None:
         self.scene, self.view, self.settings, self.display = scene, view, settings, display
         self.budget = budget

@@ -6,25 +6,25 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from ..sync import Kept as KeptMeshes
+from ..sync import MeshCache
 
 if TYPE_CHECKING:
-    from ...tracer import Kept as KeptTrees
+    from ...tracer import SceneCache
 
 
-def _trees() -> KeptTrees:
-    from ...tracer import Kept  # a missing library must not keep Blender from loading the add-on
+def _trees() -> SceneCache:
+    from ...tracer import SceneCache  # a missing library must not keep Blender from loading the add-on
 
-    return Kept()
+    return SceneCache()
 
 
 @dataclass(eq=False)
-class Left:
+class FrameCaches:
     """What the translator and what the tracer have left."""
 
     scene: str
-    meshes: KeptMeshes = field(default_factory=KeptMeshes)
-    trees: KeptTrees = field(default_factory=_trees)
+    meshes: MeshCache = field(default_factory=MeshCache)
+    trees: SceneCache = field(default_factory=_trees)
 
     def skipped(self) -> list[dict[str, Any]]:
         """What of it the frame in work could use, as a report says it."""
@@ -32,14 +32,14 @@ class Left:
         return [{"what": w, "why": "kept from the last frame", "count": n} for w, n in counts.items() if n]
 
 
-_last: Left | None = None
+_last: FrameCaches | None = None
 
 
-def of(scene: str) -> Left:
+def of(scene: str) -> FrameCaches:
     """What the last render of this scene has left; that of any other is let go of."""
     global _last
     if _last is None or _last.scene != scene:
-        _last = Left(scene)
+        _last = FrameCaches(scene)
     return _last
 
 

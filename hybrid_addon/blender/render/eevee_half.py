@@ -21,7 +21,7 @@ ALBEDO = ("Diffuse Color", "DiffCol")
 def read(
     scene: bpy.types.Scene, window: Window, check: Callable[[], None]
 ) -> tuple[Float32, Float32, Float32 | None, Float32 | None]:
-    """EEVEE's picture without the flagged objects (h, w, 4), their coverage (h, w) and, if they were asked for, the
+    """EEVEE's picture without the ray traced objects (h, w, 4), their coverage (h, w) and, if they were asked for, the
     depth (h, w) and the diffuse colour (h, w, 3), black where these are, of that picture; all over the window."""
     from ...compositor import mask_from_alpha
 

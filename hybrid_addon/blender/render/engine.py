@@ -19,7 +19,8 @@ from ...clock import Clock
 from ...report.ended import ended_warnings
 from ...report.frame import frame_report
 from ...scene import Film, Float32, Raster
-from ..pipeline import eevee_shadows, evaluated, scene_setup, view_layers
+from .. import view_layers
+from ..pipeline import eevee_shadows, evaluated, scene_setup
 from . import abort, caches, eevee_half, results, retrace
 from .settings import public_settings, tracer_settings
 
@@ -40,7 +41,7 @@ PASS_TYPES = {"X": "VALUE", "XYZ": "VECTOR", "RGB": "COLOR", "RGBA": "COLOR"}
 
 
 class HybridTracer(bpy.types.RenderEngine):
-    """Ray traces the flagged objects of the scene that this one has as its background set."""
+    """Ray traces the ray traced objects of the scene that this one has as its background set."""
 
     bl_idname = scene_setup.ENGINE
     bl_label = "Hybrid (internal)"  # it stands in the list of engines: nobody should choose it

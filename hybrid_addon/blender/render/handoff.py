@@ -18,7 +18,7 @@ from .. import files
 from ..errors import HybridError
 from ..pipeline import nodes, scene_setup
 from ..pipeline.restore import Restore
-from ..pipeline.view_layers import source_layer
+from ..view_layers import source_layer
 
 LAYERS = {"raster": "Raster", "traced": "Traced"}  # of a frame : input of the Hybrid node that adds them
 

@@ -29,7 +29,7 @@ def tracer_settings(scene: bpy.types.Scene) -> Settings:
         photons=scene.hybrid.photons,
         passes=frozenset(name.lower() for name in scene.hybrid.passes) - {"shadow", "residual"},
         filter_radius=scene.render.filter_size,
-        see="ALL" if scene.hybrid.mode == "FULL" else "FLAGGED",
+        camera_sees="ALL" if scene.hybrid.mode == "FULL" else "RAY_TRACED",
         transparent=scene.render.film_transparent,
         threads=scene.hybrid.threads,
         processes=True,
@@ -42,7 +42,7 @@ def preview_settings(scene: bpy.types.Scene) -> Settings:
     threads = settings.threads or max(1, (os.cpu_count() or 2) - 1)
     return replace(  # no processes: starting them would take longer than such a small picture
         settings,
-        see="FLAGGED",
+        camera_sees="RAY_TRACED",
         transparent=False,
         raster_shadows=False,
         passes=frozenset(),

@@ -106,9 +106,9 @@ def _of_scene(scene: bpy.types.Scene) -> tuple[object, ...]:
     """What of the scene itself EEVEE draws by."""
     values = [scene.path_resolve(path) for path in SCENE if _has(scene, path)]
     layers = [(layer.name, layer.get("hybrid_source"), _layers(layer.layer_collection)) for layer in scene.view_layers]
-    flagged = sorted(b_object.name_full for b_object in scene_setup.flagged_objects(scene))
+    ray_traced = sorted(b_object.name_full for b_object in scene_setup.ray_traced_objects(scene))
     pointers = [b_id.name_full if b_id else "" for b_id in (scene.camera, scene.world)]
-    return (*values, _values(scene.eevee), *layers, *flagged, *pointers)
+    return (*values, _values(scene.eevee), *layers, *ray_traced, *pointers)
 
 
 def _layers(b_layer: bpy.types.LayerCollection) -> list[object]:

@@ -22,7 +22,7 @@ import bpy
 
 from ...scene import Camera, Scene
 from ..flags import Flags
-from .cache import Kept
+from .cache import MeshCache
 from .camera import Size, Window, translate_camera
 from .coverage.scene import name_scene
 from .image import Images
@@ -34,7 +34,7 @@ from .objects import Objects
 from .settings import arriving, direct_strength, material_override, rough_samples
 from .world import translate_world
 
-__all__ = ["Kept", "Translation", "UnsupportedError", "Warnings", "translate"]
+__all__ = ["MeshCache", "Translation", "UnsupportedError", "Warnings", "translate"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ def translate(
     light_falloff: Falloff = "EEVEE",
     camera: Camera | None = None,
     warn: Warnings | None = None,
-    kept: Kept | None = None,
+    kept: MeshCache | None = None,
 ) -> Translation:
     """Everything that one frame needs, copied out of Blender.
 
@@ -75,7 +75,7 @@ def translate(
     """
     warn = Warnings() if warn is None else warn
     camera = camera or translate_camera(b_depsgraph, b_scene, resolution, window, warn)
-    kept = Kept() if kept is None else kept
+    kept = MeshCache() if kept is None else kept
     kept.begin()
     images = Images(warn, kept)
     name_scene(b_scene, warn)

@@ -23,7 +23,7 @@ MAX_BYTES = 1 << 30
 KeptImage = tuple[Float32 | None, Float32]  # what was read, where that is compared; the pixels made of it
 
 
-class Kept:
+class MeshCache:
     """Meshes and images of the last frame, and of the one in work.
 
     meshes, images : of the frame in work, how many were the last frame's.

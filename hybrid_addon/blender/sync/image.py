@@ -18,7 +18,7 @@ import bpy
 import numpy as np
 
 from ...scene import Float32
-from .cache import Kept
+from .cache import MeshCache
 from .messages import Warnings
 
 MISSING_COLOR = (1.0, 0.0, 1.0, 1.0)  # the pink that Blender shows for a missing image
@@ -33,9 +33,9 @@ SRGB_WORKING_SPACES = ("Linear Rec.709", "scene_linear")  # those to which the s
 class Images:
     """Reads each image once. `None` in the cache stands for one that is missing."""
 
-    def __init__(self, warn: Warnings, kept: Kept | None = None) -> None:
+    def __init__(self, warn: Warnings, kept: MeshCache | None = None) -> None:
         self._warn = warn
-        self._kept = Kept() if kept is None else kept
+        self._kept = MeshCache() if kept is None else kept
         self._pixels: dict[tuple[str, str], Float32] = {}
         self._tiles: dict[str, dict[tuple[int, int], Float32]] = {}
 

@@ -18,7 +18,7 @@ import numpy as np
 from ...expressions import reads
 from ...scene import Float64, Instance, Light, TriangleMesh, Visibility
 from ..flags import Flags
-from .cache import Kept
+from .cache import MeshCache
 from .coverage import FIRST, name_object, name_settings
 from .light import LightContext, translate_light
 from .likely_to_move import moves
@@ -35,7 +35,7 @@ class Objects:
     """Fills meshes, instances and lights from the depsgraph's instances, one after the other."""
 
     def __init__(
-        self, surfaces: Surfaces, light_context: LightContext, flags: Flags, warn: Warnings, kept: Kept
+        self, surfaces: Surfaces, light_context: LightContext, flags: Flags, warn: Warnings, kept: MeshCache
     ) -> None:
         self._surfaces = surfaces
         self._kept = kept

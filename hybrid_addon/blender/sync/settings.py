@@ -9,7 +9,7 @@ import bpy
 
 from ...scene import Arriving
 from ..flags import Flags
-from ..pipeline.view_layers import source_layer
+from ..view_layers import source_layer
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class ObjectSettings:
 def instance_settings(b_instance: bpy.types.DepsgraphObjectInstance, flags: Flags) -> ObjectSettings:
     """Of one appearance. Whether it is ray traced its instancer decides, as it decides what EEVEE holds out.
 
-    The surface is the object's own where it is flagged itself, else the instancer's.
+    The surface is the object's own where it is ray traced itself, else the instancer's.
     """
     own = object_settings(b_instance.object, flags)
     if b_instance.parent is None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ... import expressions as ex
 from ...scene import BLACK, RGB, Expression, World, WorldSun
-from ..pipeline.view_layers import source_layer
+from ..view_layers import source_layer
 from . import texture_nodes as _textures  # noqa: F401  (these two add their nodes to the table of `values`)
 from . import value_nodes as _registered  # noqa: F401
 from .coverage import name_settings, name_sockets

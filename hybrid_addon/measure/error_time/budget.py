@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 SHARES = {"reference": 0.4, "knobs": 0.12, "points": 0.33, "cycles": 0.15}
-"""Of the time. All hangs on the reference; it comes first, with what is drawn and made ready before it."""
+"""Of the time. All hangs on the reference; it comes first, with what is drawn and prepared before it."""
 
 
 class Until:

@@ -15,7 +15,7 @@ from . import metrics
 from .budget import Until
 from .metrics import Bools
 from .regions import regions
-from .renders import CUTOFFS, Axes, Studio
+from .renders import CUTOFFS, Axes, Renders
 
 ENOUGH = 144
 """Samples of a good reference: noise falls at least with their root, so 16 samples stand clear of 3 times its noise."""
@@ -46,28 +46,28 @@ class Pilot:
     finished: bool
 
 
-def pilot(studio: Studio, axes: Axes, until: float) -> Pilot:
+def pilot(renders: Renders, axes: Axes, until: float) -> Pilot:
     """Trace few samples. The looser cutoff is taken where the finer one would show nothing, and samples lack."""
     fine, loose = (replace(axes.exact, cutoff=cutoff) for cutoff in CUTOFFS)
     began = time.perf_counter()
     left = until - began
     watch = Until(np.inf if axes.patient else began + PILOT * left)
     try:
-        film = studio.trace(loose, SEEDS[0], watch)
+        film = renders.trace(loose, SEEDS[0], watch)
     except Cancelled:
         each = (time.perf_counter() - began) / max(watch.done, 0.01) / loose.samples
         return Pilot(loose.cutoff, each, False)
     cheap = Pilot(loose.cutoff, film.time["trace"]["wall"] / loose.samples, True)
     try:
-        other = studio.trace(fine, SEEDS[0], watch)
+        other = renders.trace(fine, SEEDS[0], watch)
         dear = Pilot(fine.cutoff, other.time["trace"]["wall"] / fine.samples, True)
         if dear.each * axes.reference_samples < left:
             return dear
-        again = studio.trace(loose, SEEDS[1], watch)
+        again = renders.trace(loose, SEEDS[1], watch)
     except Cancelled:
         return cheap
-    region = studio.weight(film) > 0
-    effect, noise = (metrics.error(studio.shown(f), studio.shown(film), region)["mae"] or 0.0 for f in (other, again))
+    region = renders.weight(film) > 0
+    effect, noise = (metrics.error(renders.shown(f), renders.shown(film), region)["mae"] or 0.0 for f in (other, again))
     return cheap if effect < UNSEEN * noise else dear
 
 
@@ -97,7 +97,7 @@ class Reference:
         return error is not None and error > CLEAR * self.noise(region)
 
 
-def reference(studio: Studio, axes: Axes, each: float, until: float = np.inf) -> Reference:
+def reference(renders: Renders, axes: Axes, each: float, until: float = np.inf) -> Reference:
     """Twice half the samples that there is time for, one at least. each: seconds for one of them, about."""
     began = time.perf_counter()
     samples = axes.reference_samples
@@ -109,12 +109,12 @@ def reference(studio: Studio, axes: Axes, each: float, until: float = np.inf) ->
         samples = affordable(each)
         some = samples // TRIAL
         if FIRST_SAMPLES < some and samples < axes.reference_samples:
-            samples = affordable(studio.trace(axes.deep(some)).time["trace"]["wall"] / some)
+            samples = affordable(renders.trace(axes.deep(some)).time["trace"]["wall"] / some)
     quality = axes.deep(max(1, samples // 2))
-    films = (studio.trace(quality, SEEDS[0]), studio.trace(quality, SEEDS[1]))
-    a, b = (studio.shown(film).astype(np.float64) for film in films)
+    films = (renders.trace(quality, SEEDS[0]), renders.trace(quality, SEEDS[1]))
+    a, b = (renders.shown(film).astype(np.float64) for film in films)
     mean = (a + b) / 2
-    found = regions(studio.ids, studio.weight(films[0]))
+    found = regions(renders.ids, renders.weight(films[0]))
     floor = metrics.errors(a, mean, found)
     quality = replace(quality, samples=2 * quality.samples)
     seconds = time.perf_counter() - began

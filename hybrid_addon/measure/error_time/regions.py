@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ...scene import Float32
 from ...tracer import CompiledScene
 from ...tracer.core.camera import generate_rays
-from ...tracer.core.stats import Tally
+from ...tracer.core.stats import Stats
 
 Bools = NDArray[np.bool_]
 
@@ -21,7 +21,7 @@ def object_ids(scene: CompiledScene) -> NDArray[np.int32]:
     y, x = np.mgrid[y0:y1, x0:x1] + 0.5
     geometry = scene.geometry
     rays = generate_rays(scene.camera, x.ravel(), y.ravel(), geometry.center, geometry.bounds_radius)
-    hits = scene.seen_by_camera.nearest(*rays[:2], Tally())
+    hits = scene.seen_by_camera.nearest(*rays[:2], Stats())
     number = np.where(hits.prim >= 0, geometry.object.take(hits.prim, mode="wrap"), -1)
     return number.reshape(y1 - y0, x1 - x0).astype(np.int32)
 

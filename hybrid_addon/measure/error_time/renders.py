@@ -61,8 +61,8 @@ class Axes:
         return Quality(samples, self.deepest, self.reference_cutoff, 0.0)
 
 
-class Studio:
-    """A scene made ready once, and pictures of it at any quality, as they show in the composite.
+class Renders:
+    """A scene prepared once, and pictures of it at any quality, as they show in the composite.
 
     mask : (h, w), coverage of the ray traced objects in EEVEE's picture, or None: the tracer draws every pixel.
     """

@@ -24,7 +24,7 @@ from ...tracer.core.constants import FIRST_SAMPLES
 from . import fits, metrics
 from .budget import Until
 from .reference import Reference
-from .renders import CUTOFFS, Axes, Studio
+from .renders import CUTOFFS, Axes, Renders
 
 Say = Callable[[str], None]
 
@@ -92,7 +92,7 @@ class Point:
 # ------------------------------------------------------------------------------------------------ one knob alone
 
 
-def knobs(studio: Studio, axes: Axes, deep: Reference, say: Say, until: float = math.inf) -> dict[str, Any]:
+def knobs(renders: Renders, axes: Axes, deep: Reference, say: Say, until: float = math.inf) -> dict[str, Any]:
     """Error of bounces and cutoff, alone and together, against the same camera samples without them.
 
     Each entry: settings, seconds, rmse and rmse_shown over all pixels, residual_mean and residual_max, and `beyond`:
@@ -104,22 +104,22 @@ def knobs(studio: Studio, axes: Axes, deep: Reference, say: Say, until: float = 
     pairs = sorted(dict.fromkeys(both), key=lambda pair: (pair[1], -pair[0]))  # from cheap to dear
     found: dict[str, Any] = {"samples": exact.samples, "Lmax": 0.0, "entries": [], "left_out": len(pairs)}
     try:
-        whole = studio.trace(exact, progress=Until(until))
+        whole = renders.trace(exact, progress=Until(until))
     except Cancelled:
         return {**found, "why": "a picture with nothing cut off took too long"}
-    target, brightest = studio.shown(whole), studio.brightest((whole, *deep.films))
-    own = whole.residual * studio.weight(whole)
+    target, brightest = renders.shown(whole), renders.brightest((whole, *deep.films))
+    own = whole.residual * renders.weight(whole)
     rounding = 1e-6 * brightest
     for cutoff, max_depth in pairs:
         say(f"bounces {max_depth}, cutoff {cutoff:.2g}")
         try:
-            film = studio.trace(replace(exact, max_depth=max_depth, cutoff=cutoff), progress=Until(until))
+            film = renders.trace(replace(exact, max_depth=max_depth, cutoff=cutoff), progress=Until(until))
         except Cancelled:
             break
-        bound = film.residual * studio.weight(film)
-        off = np.abs(studio.shown(film).astype(np.float64) - target).max(axis=-1)
+        bound = film.residual * renders.weight(film)
+        off = np.abs(renders.shown(film).astype(np.float64) - target).max(axis=-1)
         allowed = (bound + own)[region] * brightest + rounding
-        error = metrics.error(studio.shown(film), target, region)
+        error = metrics.error(renders.shown(film), target, region)
         found["entries"].append({
             "max_depth": max_depth, "cutoff": cutoff, "seconds": film.time["trace"]["wall"],
             "rmse": error["rmse"], metrics.SHOWN: error[metrics.SHOWN],
@@ -163,7 +163,7 @@ def expected(point: Point, single: dict[str, Any], deep: Reference) -> float:
 
 
 def measure(
-    studio: Studio,
+    renders: Renders,
     points: Sequence[Point],
     deep: Reference,
     repeats: int,
@@ -181,18 +181,18 @@ def measure(
         if cost(point) >= HOPELESS * (end - time.perf_counter()):
             continue
         try:
-            film = studio.trace(point.quality, progress=Until(end))
+            film = renders.trace(point.quality, progress=Until(end))
         except Cancelled:
             continue
         point.times.append(film.time)
-        _judge(studio, point, film, deep)
+        _judge(renders, point, film, deep)
         seconds = film.time["trace"]["wall"]
         say(f"{number}/{len(order)} {describe(point.quality)}: {seconds:.2f} s, RMSE {point.shown:.2g}")
     measured, late = [p for p in order if p.times], [p for p in order if not p.times]
     for _ in range(1, repeats):
         for point in measured:
             if point.times[0]["trace"]["wall"] < min(PATIENCE, until - time.perf_counter()):
-                point.times.append(studio.trace(point.quality).time)
+                point.times.append(renders.trace(point.quality).time)
     return measured, late
 
 
@@ -202,11 +202,11 @@ def describe(q: Quality) -> str:
     return f"samples {q.samples}, bounces {q.max_depth}, cutoff {q.cutoff:.2g}, adaptive {q.adaptive:g}{rough}"
 
 
-def _judge(studio: Studio, point: Point, film: Film, deep: Reference) -> None:
-    point.error = metrics.errors(studio.shown(film), deep.picture, deep.regions)
+def _judge(renders: Renders, point: Point, film: Film, deep: Reference) -> None:
+    point.error = metrics.errors(renders.shown(film), deep.picture, deep.regions)
     point.clear, region = deep.tells(point.shown), deep.regions["all"]
-    point.deciding = metrics.deciding(studio.shown(film), deep.picture, region)
-    bound = (film.residual * studio.weight(film))[region]
+    point.deciding = metrics.deciding(renders.shown(film), deep.picture, region)
+    bound = (film.residual * renders.weight(film))[region]
     point.bound = {"residual_mean": _mean(bound), "residual_max": float(np.max(bound, initial=0.0))}
     point.rays, point.sampling, point.invariants = dict(film.rays), dict(film.sampling), dict(film.invariants)
     if point.preset:

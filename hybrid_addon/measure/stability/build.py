@@ -124,7 +124,7 @@ def icosphere(levels: int = 2, radius: float = 1.0, smooth: bool = False, name: 
 
 
 def make_scene(*parts: Any, **other: Any) -> Scene:
-    """A scene of (mesh, surface[, options of Instance]), flagged unless said otherwise."""
+    """A scene of (mesh, surface[, options of Instance]), ray traced unless said otherwise."""
     meshes: list[TriangleMesh] = []
     instances: list[Instance] = []
     surfaces: list[Surface] = list(other.pop("surfaces", ()))
@@ -135,8 +135,8 @@ def make_scene(*parts: Any, **other: Any) -> Scene:
             meshes.append(shape)
         options = {"ray_traced": True, "matrix_world": np.eye(4), **(rest[0] if rest else {})}
         number = len(instances)
-        worn = (surfaces.index(surface),)
-        instances.append(Instance(f"object {number}", meshes.index(shape), surfaces=worn, **options))
+        assigned = (surfaces.index(surface),)
+        instances.append(Instance(f"object {number}", meshes.index(shape), surfaces=assigned, **options))
     values = {"camera": camera(), "meshes": tuple(meshes), "instances": tuple(instances), "surfaces": tuple(surfaces)}
     return Scene(**{**values, **other})
 

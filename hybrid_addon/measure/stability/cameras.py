@@ -152,7 +152,7 @@ def seen(clip_start: float, clip_end: float) -> int:
     scene = build.make_scene(
         (build.floor(9), build.emitter()), camera=build.camera(clip_start=clip_start, clip_end=clip_end)
     )
-    return int(np.count_nonzero(build.shoot(scene, see="FLAGGED").coverage))
+    return int(np.count_nonzero(build.shoot(scene, camera_sees="RAY_TRACED").coverage))
 
 
 @THEME.case(

@@ -37,7 +37,7 @@ from .compare import films_differ, largest
 
 THEME = invariance.THEME
 HYBRID: dict[str, Any] = {
-    "see": "FLAGGED", "samples": 8, "max_depth": 3, "adaptive": 0.5, "shadow_samples": 1, "cutoff": 1 / 255,
+    "see": "RAY_TRACED", "samples": 8, "max_depth": 3, "adaptive": 0.5, "shadow_samples": 1, "cutoff": 1 / 255,
     "raster_shadows": True, "caustics": "PHOTONS", "photons": 1 << 13, "rough_samples": 2,
     "occlusion_samples": 2,
     "passes": frozenset({"raster_backed", "samples"}),
@@ -92,8 +92,8 @@ def effects(unit: float = 1.0) -> Scene:
 
 
 def drawn(scene: Scene) -> Scene:
-    """The scene, and a raster of all that is not flagged."""
-    found = trace(scene, Settings(samples=1, see="RASTER", threads=1, passes=frozenset({"depth"})))
+    """The scene, and a raster of all that is not ray traced."""
+    found = trace(scene, Settings(samples=1, camera_sees="RASTER", threads=1, passes=frozenset({"depth"})))
     depth = found.passes["depth"]
     pixels = np.concatenate([found.radiance, np.ones((*depth.shape, 1), np.float32)], axis=2)
     return replace(scene, raster=Raster(pixels, depth, np.full((*depth.shape, 3), 0.5, np.float32)))

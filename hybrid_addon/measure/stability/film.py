@@ -18,11 +18,11 @@ SAMPLES = 4
 
 def masked(scene: Scene, mask: Float32 | None, **settings: Any) -> Film:
     """The scene as hybrid mode traces it."""
-    return build.shoot(scene, mask=mask, **{"see": "FLAGGED", "samples": SAMPLES, **settings})
+    return build.shoot(scene, mask=mask, **{"see": "RAY_TRACED", "samples": SAMPLES, **settings})
 
 
 def glass_scene(size: tuple[int, int] = (48, 48)) -> Scene:
-    """A flagged glass ball on an unflagged floor."""
+    """A ray traced glass ball on an unflagged floor."""
     lens = build.camera((0, -4, 1), (0, 0, 0.3), (0, 0, 1), size, 0.4)
     plain = {"ray_traced": False}
     parts = ((build.icosphere(3, 0.7), build.glass(1.5)), (build.floor(3, -0.7), build.matte((0.7, 0.4, 0.2)), plain))
@@ -71,8 +71,8 @@ def _() -> Measured:
 
 @THEME.case(
     36,
-    "flagged-object-out-of-view",
-    "the flagged ball behind the camera, full mask",
+    "ray traced-object-out-of-view",
+    "the ray traced ball behind the camera, full mask",
     "black and finite, coverage 0",
     0,
     "pixels",
@@ -104,7 +104,7 @@ def _() -> Measured:
 
 
 def decal(order: int, seed: int) -> Scene:
-    """A flagged decal exactly in the plane of an unflagged wall; tilted, and differently cut into triangles."""
+    """A ray traced decal exactly in the plane of an unflagged wall; tilted, and differently cut into triangles."""
     turn = build.rotation(seed)
     wall = (build.floor(4), build.emitter(0.1, 0.1, 0.1), {"matrix_world": turn, "ray_traced": False})
     n = 7
@@ -120,7 +120,7 @@ def decal(order: int, seed: int) -> Scene:
 @THEME.case(
     25,
     "decal-in-the-mask",
-    "a flagged decal coplanar with an unflagged wall, in the mask, either order",
+    "a ray traced decal coplanar with an unflagged wall, in the mask, either order",
     "every masked pixel shows the decal",
     0,
     "pixels",

@@ -75,7 +75,7 @@ def lit_fraction(picture: Float32) -> float:
 
 def ball_pixels() -> NDArray[np.bool_]:
     """(96, 96) bool: where the fine ball is."""
-    return build.shoot(replace(sunlit(4), lights=()), see="FLAGGED").coverage > 0
+    return build.shoot(replace(sunlit(4), lights=()), camera_sees="RAY_TRACED").coverage > 0
 
 
 @THEME.case(
@@ -97,7 +97,7 @@ def _() -> Measured:
 )
 def _() -> Measured:
     coarse, fine = build.shoot(sunlit(2)).radiance[..., 0], build.shoot(sunlit(5)).radiance[..., 0]
-    there = build.shoot(replace(sunlit(2), lights=()), see="FLAGGED").coverage > 0
+    there = build.shoot(replace(sunlit(2), lights=()), camera_sees="RAY_TRACED").coverage > 0
     return Measured(
         int(np.count_nonzero((coarse == 0) & (fine > 0.1) & there)),
         "a tenth of the full light or more on the fine ball",

@@ -179,7 +179,7 @@ def _() -> Measured:
     33,
     "drops-on-a-large-mesh",
     "200 drops of water on 3.2e5 triangles, which each of them may touch",
-    "made ready in at most three times the time of 200 drops of lead",
+    "prepared in at most three times the time of 200 drops of lead",
     3.0,
     "times",
 )

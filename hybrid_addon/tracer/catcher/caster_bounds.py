@@ -1,4 +1,4 @@
-"""Where the objects are that cast shadows and caustics on the raster: a few balls around the flagged ones."""
+"""Where the objects are that cast shadows and caustics on the raster: a few balls around the ray traced ones."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ Numbers = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
-class Casters:
-    """Flagged primitives that cast shadows, and a ball around them: center (3,), radius, members (m,)."""
+class BoundingBalls:
+    """Ray traced primitives that cast shadows, and a ball around them: center (3,), radius, members (m,)."""
 
     center: Float64
     radius: float
     members: Numbers
 
 
-def find_casters(scene: CompiledScene) -> list[Casters]:
-    """At most CASTER_BALLS groups that hold every flagged primitive that casts a shadow, each once.
+def find_caster_bounds(scene: CompiledScene) -> list[BoundingBalls]:
+    """At most CASTER_BALLS groups that hold every ray traced primitive that casts a shadow, each once.
 
     The largest is halved along its longest side, again and again, where two balls fill less of a light's view than the
     one. A plane's ball is infinite.
@@ -48,8 +48,8 @@ def find_casters(scene: CompiledScene) -> list[Casters]:
             open_ += halves
         else:
             found.append(largest)
-    casters = [Casters(boxes.center, boxes.radius, boxes.members) for boxes in (*found, *open_)]
-    return casters + ([Casters(np.zeros(3), np.inf, planes)] if len(planes) else [])
+    caster_bounds = [BoundingBalls(boxes.center, boxes.radius, boxes.members) for boxes in (*found, *open_)]
+    return caster_bounds + ([BoundingBalls(np.zeros(3), np.inf, planes)] if len(planes) else [])
 
 
 class _Boxes:

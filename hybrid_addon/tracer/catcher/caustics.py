@@ -1,10 +1,10 @@
-"""Caustics: the light that flagged objects bend or mirror onto everything else, by photons from the lights.
+"""Caustics: the light that ray traced objects bend or mirror onto everything else, by photons from the lights.
 
-Each light sends photons into the cones that balls around the flagged objects fill (Jensen 1996, projection maps): a
-photon counts if the first flagged primitive that it meets lies in its own ball, so that balls may overlap. It takes one
-way through the objects, drawn by its share of the light, and ends where it meets anything that is not flagged. If it
-has been bent or mirrored on its way, and the camera sees the place, its power goes to the pixel that shows it, over the
-area that this pixel shows. Photons that went straight through are in the traced shadows already.
+Each light sends photons into the cones that balls around the ray traced objects fill (Jensen 1996, projection maps): a
+photon counts if the first ray traced primitive that it meets lies in its own ball, so that balls may overlap. It takes
+one way through the objects, drawn by its share of the light, and ends where it meets anything that is not ray traced.
+If it has been bent or mirrored on its way, and the camera sees the place, its power goes to the pixel that shows it,
+over the area that this pixel shows. Photons that went straight through are in the traced shadows already.
 
 Sources: Arvo 1986 (light from the lights); Veach 1997, 8.3.2 (particles seen by a camera).
 """
@@ -23,7 +23,7 @@ from ..core.camera import project, spread_on_lens
 from ..core.constants import MAX_STRAIGHT_PASSES, SHADOW_REACH
 from ..core.rays import Rays, camera_rays, concatenate, offset_origin, traceable
 from ..core.sampler import UInt32, hash32
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import dot, largest_component, select, take
 from ..emitters.lights import CompiledLight
 from ..parallel.pool import workers
@@ -33,7 +33,7 @@ from ..shading.evaluate import resolve
 from ..shading.interaction import Interaction, interact
 from ..shading.shadows import visibility
 from ..shading.spawn import children, share_out
-from .caster_bounds import Casters, find_casters
+from .caster_bounds import BoundingBalls, find_caster_bounds
 from .photon_emission import emit, fading
 
 Bools = NDArray[np.bool_]
@@ -64,15 +64,15 @@ class _Beam:
     """Photons of one light to one group, `count` in all."""
 
     light: CompiledLight
-    group: Casters
+    group: BoundingBalls
     key: UInt32
     count: int
 
 
-def caustic(scene: CompiledScene, mask: Float32 | None, tally: Tally, check: Callable[[], None]) -> Float32:
-    """`Film.caustic` (h, w, 3): irradiance by light that flagged objects bend or mirror; 0 within the mask.
+def caustic(scene: CompiledScene, mask: Float32 | None, stats: Stats, check: Callable[[], None]) -> Float32:
+    """`Film.caustic` (h, w, 3): irradiance by light that ray traced objects bend or mirror; 0 within the mask.
 
-    mask  : (h, w) coverage of the flagged objects; None: unknown.   check : called now and then; raises to stop.
+    mask  : (h, w) coverage of the ray traced objects; None: unknown.   check : called now and then; raises to stop.
     """
     x0, y0, x1, y1 = scene.camera.window
     width, height = x1 - x0, y1 - y0
@@ -85,7 +85,7 @@ def caustic(scene: CompiledScene, mask: Float32 | None, tally: Tally, check: Cal
         for start in range(0, len(work), 2 * threads):  # few at once: stopping must not wait for all
             check()
             for pixel, share, counted in pool.map(tracer.run, work[start : start + 2 * threads]):
-                tally.merge(counted)
+                stats.merge(counted)
                 for channel in range(3):
                     total[channel] += np.bincount(pixel, share[channel], minlength=height * width)
                 total[3] += np.bincount(pixel, minlength=height * width)
@@ -99,9 +99,9 @@ def _beams(scene: CompiledScene) -> list[_Beam]:
     if not (scene.plan.reflection or scene.plan.refraction):
         return []
     beams, light = [], []
-    casters = find_casters(scene)
+    caster_bounds = find_caster_bounds(scene)
     for lamp in scene.lights:
-        for rank, group in enumerate(casters):
+        for rank, group in enumerate(caster_bounds):
             key = hash32(salt ^ lamp.key ^ np.uint32(rank))
             beams.append(_Beam(lamp, group, key, 0))
             power = emit(lamp, group, np.arange(PILOT, dtype=np.uint32), key).power
@@ -121,29 +121,29 @@ class _Tracer:
         self.plain = scene.raster_view(shadowed=False)  # what stands between the lights and the objects
         _ = scene.solids  # built before threads ask for it
 
-    def run(self, work: tuple[_Beam, int]) -> tuple[Numbers, Float64, Tally]:
+    def run(self, work: tuple[_Beam, int]) -> tuple[Numbers, Float64, Stats]:
         """A chunk of a beam: pixels (m,), irradiances (3, m) that they get."""
         beam, first = work
         number = np.arange(first, min(first + CHUNK, beam.count), dtype=np.uint32)
-        tally = Tally()
-        with tally.phase("shade"), np.errstate(all="ignore"):
-            return *self._run(beam, number, tally), tally
+        stats = Stats()
+        with stats.phase("shade"), np.errstate(all="ignore"):
+            return *self._run(beam, number, stats), stats
 
-    def _run(self, beam: _Beam, number: UInt32, tally: Tally) -> tuple[Numbers, Float64]:
+    def _run(self, beam: _Beam, number: UInt32, stats: Stats) -> tuple[Numbers, Float64]:
         emitted = emit(beam.light, beam.group, number, beam.key)
         power = emitted.power / beam.count
         origin, direction = emitted.origin.astype(np.float32), emitted.direction.astype(np.float32)
         sound = traceable(origin, direction) & (power != 0).any(axis=0)
         n = len(number)
-        media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, tally)
+        media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, stats)
         endless = np.full(n, np.inf, np.float32)
         rays = camera_rays(origin, direction, endless, np.arange(n), media, True).take(np.flatnonzero(sound))
-        tally.add("photons", n)
+        stats.add("photons", n)
         draw = hash32(number ^ hash32(beam.key ^ np.uint32(0xC2B2AE35)))
         travelled, bent, wave = np.zeros(n), np.zeros(n, bool), 0
         pixels, shares = [np.zeros(0, np.intp)], [np.zeros((3, 0))]
         while len(rays):
-            hits = (self.everything if wave else self.targets).nearest(rays.origin, rays.direction, tally)
+            hits = (self.everything if wave else self.targets).nearest(rays.origin, rays.direction, stats)
             hit = hits.prim >= 0
             if wave == 0:
                 hit &= np.isin(hits.prim, beam.group.members)
@@ -159,31 +159,31 @@ class _Tracer:
             at = with_sides(self.scene.geometry, self.scene.media, rays, at, t)
             travelled[rays.sample] += t
             if wave == 0:
-                self._arrive(beam, rays, at, t, tally)
-            flagged = self.scene.geometry.ray_traced[at.prim]
+                self._arrive(beam, rays, at, t, stats)
+            ray_traced = self.scene.geometry.ray_traced[at.prim]
             lit = True if beam.light.receives is None else beam.light.receives[at.prim]
-            landed = np.flatnonzero(~flagged & bent[rays.sample] & lit)
+            landed = np.flatnonzero(~ray_traced & bent[rays.sample] & lit)
             left = fading(beam.light, travelled[rays.sample[landed]])
             carried = power[:, rays.sample[landed]] * rays.throughput[:, landed] * left
-            pixel, share = self._seen(at.take(landed), carried, draw[rays.sample[landed]], tally)
+            pixel, share = self._seen(at.take(landed), carried, draw[rays.sample[landed]], stats)
             pixels.append(pixel)
             shares.append(share)
-            on = np.flatnonzero(flagged)
-            rays = self._onward(rays.take(on), at.take(on), t[on], draw, bent, wave, tally)
+            on = np.flatnonzero(ray_traced)
+            rays = self._onward(rays.take(on), at.take(on), t[on], draw, bent, wave, stats)
             rays = rays.take(select(traceable(rays.origin, rays.direction)))
             wave += 1
         return np.concatenate(pixels), np.concatenate(shares, axis=1)
 
-    def _arrive(self, beam: _Beam, rays: Rays, at: Interaction, t: Float64, tally: Tally) -> None:
-        """Take from photons what objects that are not flagged take on their way from the light."""
+    def _arrive(self, beam: _Beam, rays: Rays, at: Interaction, t: Float64, stats: Stats) -> None:
+        """Take from photons what objects that are not ray traced take on their way from the light."""
         back = np.ascontiguousarray(-rays.direction, np.float32)
         distance = (t if beam.light.has_place else np.full(len(t), np.inf)).astype(np.float32)
         blockers = self.plain.blockers(beam.light)
-        share = visibility(self.plain, blockers, back, distance, at.outer, ~at.entering, None, tally)
+        share = visibility(self.plain, blockers, back, distance, at.outer, ~at.entering, None, stats)
         rays.throughput *= share
 
     def _onward(
-        self, rays: Rays, at: Interaction, t: Float64, draw: UInt32, bent: Bools, wave: int, tally: Tally
+        self, rays: Rays, at: Interaction, t: Float64, draw: UInt32, bent: Bools, wave: int, stats: Stats
     ) -> Rays:
         """Each photon goes one way, reflected or transmitted, drawn by what they carry; the rest is absorbed."""
         split = share_out(self.scene, rays, at)
@@ -201,9 +201,9 @@ class _Tracer:
             transmitted=split.transmitted * (total / np.where(passes, transmitted, np.inf)).astype(np.float32),
         )
         bent[rays.sample] |= mirrors | (passes & split.bends)
-        return concatenate(children(self.scene, rays, at, t, drawn, mirrors, passes, tally))
+        return concatenate(children(self.scene, rays, at, t, drawn, mirrors, passes, stats))
 
-    def _seen(self, at: Interaction, power: Float64, draw: UInt32, tally: Tally) -> tuple[Numbers, Float64]:
+    def _seen(self, at: Interaction, power: Float64, draw: UInt32, stats: Stats) -> tuple[Numbers, Float64]:
         """Pixels (m,) that show places (n,) which got `power` (3, n), on their lit sides, and irradiances (3, m).
 
         Each is seen from one point of the camera's lens, chosen by its random number (n,).
@@ -224,7 +224,7 @@ class _Tracer:
         start = offset_origin(point, normal, take(at.offset, chosen))
         reach = (take(distance, chosen) * SHADOW_REACH).astype(np.float32)
         toward = take(to_eye, chosen).astype(np.float32)
-        hidden = self.scene.seen_by_camera.backwards().occluded(start, toward, reach, tally)
+        hidden = self.scene.seen_by_camera.backwards().occluded(start, toward, reach, stats)
         chosen = chosen[~hidden]
         area = footprint(camera, depth[chosen], distance[chosen], cosine[chosen])
         pixel = (j[chosen] * (x1 - x0) + i[chosen]).astype(np.intp)

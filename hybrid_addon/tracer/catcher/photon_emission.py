@@ -10,7 +10,7 @@ from ...scene import AreaLight, Float32, Float64, SpotLight, SunLight
 from ..core.sampler import UInt32, disk, hash32, permute, r2
 from ..core.vectors import Array, dot, normalize, orthonormal_basis
 from ..emitters.lights import CompiledLight, offset_on_light, range_window, spot_factor
-from .caster_bounds import Casters
+from .caster_bounds import BoundingBalls
 
 FAR = 1024.0
 """Seen from so many of its radii away, a ball is a disk to 5e-7."""
@@ -25,7 +25,7 @@ class Emitted:
     power: Float64
 
 
-def emit(light: CompiledLight, group: Casters, number: UInt32, key: UInt32) -> Emitted:
+def emit(light: CompiledLight, group: BoundingBalls, number: UInt32, key: UInt32) -> Emitted:
     """Photons `number` (n,) of a light towards a group's ball; key (1,) makes their random numbers.
 
     Each stands for all light of its light that goes to the ball. A sun lights no unbounded group.
@@ -57,7 +57,7 @@ def emit(light: CompiledLight, group: Casters, number: UInt32, key: UInt32) -> E
 
 
 def _emit_sun(
-    light: CompiledLight, group: Casters, aim: tuple[Float32, Float32], spread: tuple[Float32, Float32]
+    light: CompiledLight, group: BoundingBalls, aim: tuple[Float32, Float32], spread: tuple[Float32, Float32]
 ) -> Emitted:
     """From the ball's own shadow disk, just before it."""
     assert isinstance(light.light, SunLight)

@@ -1,4 +1,4 @@
-"""The shadows that flagged objects cast on everything else: what the rasteriser's picture of that has to lose.
+"""The shadows that ray traced objects cast on everything else: what the rasteriser's picture of that has to lose.
 
 The rasteriser draws without them. So what it draws is traced twice, once as it is and once with these shadows, and the
 quotient of the two pictures is what they leave over: exactly 1 where both agree. Whatever the tracer does for local
@@ -20,16 +20,16 @@ from ...scene import AreaLight, Float32, Float64, SunLight
 from ..core.camera import generate_rays
 from ..core.constants import REACH_MARGIN
 from ..core.rays import traceable
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import dot
 from ..emitters.lights import CompiledLight, disk_of_ball
 from ..film.filter import grow
-from ..film.pixels import Totals
+from ..film.pixels import PixelBuffer
 from ..parallel.pool import workers, zeros_for
 from ..prepare.compiled import CompiledScene
 from ..sampling.passes import Pass, Passes, Pixels, Progress
 from ..sampling.strips import strips_of
-from .caster_bounds import Casters, find_casters
+from .caster_bounds import BoundingBalls, find_caster_bounds
 
 Bools = NDArray[np.bool_]
 
@@ -41,18 +41,18 @@ BUDGET_SHARE = 0.5
 
 
 def raster_shadow(
-    scene: CompiledScene, mask: Float32 | None, tally: Tally, deadline: float, report: Progress
+    scene: CompiledScene, mask: Float32 | None, stats: Stats, deadline: float, report: Progress
 ) -> Float32:
-    """`Film.shadow` (h, w, 3): light with the shadows of flagged objects over light without; 1 within the mask.
+    """`Film.shadow` (h, w, 3): light with the shadows of ray traced objects over light without; 1 within the mask.
 
-    mask   : (h, w) coverage of the flagged objects; None: unknown.
+    mask   : (h, w) coverage of the ray traced objects; None: unknown.
     report : called now and then; may raise to stop.
     """
     x0, y0, x1, y1 = scene.camera.window
     n = (x1 - x0) * (y1 - y0)
     pixels = np.arange(n) if mask is None else np.flatnonzero(np.asarray(mask).reshape(-1) < 1)
     views = [scene.raster_view(shadowed) for shadowed in (True, False)]
-    pixels = _concerned(views[0], pixels, tally)
+    pixels = _concerned(views[0], pixels, stats)
     result = np.ones((n, 3), np.float32)
     if len(pixels):
         wanted = np.zeros(n, bool)
@@ -61,7 +61,7 @@ def raster_shadow(
         enough = now + BUDGET_SHARE * (deadline - now)
         for strip in strips_of(x1 - x0, y1 - y0, rows):
             until = strip.deadline(enough, time.perf_counter())
-            parts.append(_trace(views, scene, rows, strip.rows, tally, until, report))
+            parts.append(_trace(views, scene, rows, strip.rows, stats, until, report))
         shadowed, plain = (np.concatenate(of_view, axis=1) for of_view in zip(*parts, strict=True))
         with np.errstate(all="ignore"):
             share = np.where(shadowed == plain, np.float32(1), shadowed / plain)
@@ -74,7 +74,7 @@ def _trace(
     scene: CompiledScene,
     wanted: Bools,
     rows: slice,
-    tally: Tally,
+    stats: Stats,
     deadline: float,
     report: Progress,
 ) -> list[Float32]:
@@ -83,13 +83,13 @@ def _trace(
     samples = scene.settings.samples
     both = [Passes(view, report, wanted, rows) for view in views]
     for passes in both:
-        passes.totals = Totals.zeros(passes.grid, passes.filter, False, zeros=zeros_for(scene.settings))
+        passes.pixel_buffer = PixelBuffer.zeros(passes.grid, passes.filter, False, zeros=zeros_for(scene.settings))
     pixels = np.arange(len(both[0].grid))
     taken, count = 0, samples if deadline == math.inf else 1
     with both[0], both[1]:
         while taken < samples:
             for number, passes in enumerate(both):
-                # Samples that see a flagged object do not count: the raster shows none there.
+                # Samples that see a ray traced object do not count: the raster shows none there.
                 work = Pass(taken, count, scene.seen_by_camera, samples > 1)
                 span = [(taken + count * (number + end) / 2) / samples for end in (0, 1)]
                 passes.run(pixels, work, (span[0], span[1]))
@@ -98,15 +98,15 @@ def _trace(
             if time.perf_counter() > deadline:
                 break
     for passes in both:
-        tally.merge(passes.tally)
+        stats.merge(passes.stats)
     inside = both[0].grid.inside()
-    return [passes.totals.mean(inside) for passes in both]
+    return [passes.pixel_buffer.mean(inside) for passes in both]
 
 
 # ------------------------------------------------------------------------------------------------ which pixels
 
 
-def _concerned(view: CompiledScene, pixels: Pixels, tally: Tally) -> Pixels:
+def _concerned(view: CompiledScene, pixels: Pixels, stats: Stats) -> Pixels:
     """The pixels (m,) on which a shadow may lie: those whose centre shows a place that one can reach, and around them.
 
     Places that are told by balls around the casters; a filter's radius around them, for the samples of a pixel are
@@ -115,25 +115,25 @@ def _concerned(view: CompiledScene, pixels: Pixels, tally: Tally) -> Pixels:
     if view.camera.lens is not None:
         return pixels  # out of focus a pixel shows places from far around its centre
     x0, y0, x1, y1 = view.camera.window
-    casters = find_casters(view)
+    caster_bounds = find_caster_bounds(view)
     reached = np.zeros((y1 - y0) * (x1 - x0), bool)
 
-    def look(start: int) -> tuple[Pixels, Tally]:
+    def look(start: int) -> tuple[Pixels, Stats]:
         band = pixels[start : start + BAND]
-        counted = Tally()
+        counted = Stats()
         with np.errstate(all="ignore"):
-            return band[_may_be_shadowed(view, band, casters, counted)], counted
+            return band[_may_be_shadowed(view, band, caster_bounds, counted)], counted
 
     with ThreadPoolExecutor(workers(view.settings)) as pool:
         for found, counted in pool.map(look, range(0, len(pixels), BAND)):
             reached[found] = True
-            tally.merge(counted)
+            stats.merge(counted)
     around = math.ceil(view.settings.filter_radius) + 1 if view.settings.samples > 1 else 0
     grown = grow(reached.reshape(y1 - y0, x1 - x0), around).reshape(-1)
     return pixels[grown[pixels]]
 
 
-def _may_be_shadowed(view: CompiledScene, band: Pixels, casters: list[Casters], tally: Tally) -> Bools:
+def _may_be_shadowed(view: CompiledScene, band: Pixels, caster_bounds: list[BoundingBalls], stats: Stats) -> Bools:
     """Which pixels (m,) show, at their centres, places where a shadow may lie."""
     x0, y0, x1, _ = view.camera.window
     geometry, table = view.geometry, view.surfaces
@@ -142,14 +142,14 @@ def _may_be_shadowed(view: CompiledScene, band: Pixels, casters: list[Casters], 
     result = np.zeros(len(band), bool)
     sound = np.flatnonzero(traceable(origin, direction))
     origin, direction = origin[:, sound], direction[:, sound].astype(np.float32, copy=False)
-    hits = view.seen_by_camera.nearest(origin, direction, tally)
+    hits = view.seen_by_camera.nearest(origin, direction, stats)
     hit = np.flatnonzero((hits.prim >= 0) & ~(hits.t > t_max[sound]))
     surface = geometry.surface.take(hits.prim[hit])
     point = origin[:, hit] + direction[:, hit] * hits.t[hit]
     found = table.reflects.take(surface) | table.transmits.take(surface)
     for light in view.lights:
         if light.light.cast_shadow:
-            for group in casters:
+            for group in caster_bounds:
                 found |= ball_between(light, point, group.center, group.radius)
     result[sound[hit]] = found
     return result

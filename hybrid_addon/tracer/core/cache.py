@@ -1,12 +1,12 @@
-"""What one frame leaves for the next: meshes made ready, search trees and the world, found again by what they hold.
+"""What one frame leaves for the next: meshes prepared, search trees and the world, found again by what they hold.
 
-Nobody has to say what has changed. A mesh made ready is found by the mesh, the places of its instances and the scene's
+Nobody has to say what has changed. A mesh prepared is found by the mesh, the places of its instances and the scene's
 centre, a tree by its very vertices and triangles, a world by all that it is made of (`key_of`). So what is found is,
 bit for bit, what would have been made; a frame that is edited, undone or jumped to finds what it can and makes the
 rest.
 
-    kept = Kept()
-    trace(scene, settings, mask, kept=kept)      # again and again
+    kept = SceneCache()
+    trace(scene, settings, mask, cache=cache)      # again and again
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .constants import MAX_KEPT_TRIANGLES
 T = TypeVar("T")
 
 
-MADE_READY, IN_TREES = "triangles made ready", "triangles in search trees"
+PREPARED, IN_TREES = "triangles prepared", "triangles in search trees"
 
 LARGEST_VALUE = 64
 """Numbers of an array up to which it is found by them; a larger one is found if it is the same object."""
@@ -84,7 +84,7 @@ class Digest:
         return isinstance(other, Digest) and other._read() == self._read()
 
 
-class Kept:
+class SceneCache:
     """Of the last frame, and of the one in work. A frame with more triangles than `limit` leaves nothing.
 
     found : of the frame in work, how many of what were made in an earlier one.

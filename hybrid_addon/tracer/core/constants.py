@@ -63,7 +63,7 @@ MAX_SHADOW_CROSSINGS = 64
 """A shadow ray crosses at most so many non-opaque surfaces; then it counts as blocked."""
 
 LARGE_TRIANGLE = 256.0
-"""An edge is too long near a flagged object if it is so many times the object's diameter.
+"""An edge is too long near a ray traced object if it is so many times the object's diameter.
 
 Embree's error in a triangle's plane is about an ulp of the distance to its corners: measured on a 2 mm ball 20 um above
 a tilted ground, 20 km wide, every shadow ray of the ground missed it.
@@ -80,7 +80,7 @@ rays meet, and Embree's error over such an edge is already far less than the rou
 """
 
 MAX_SMALL_OBJECTS = 64
-"""Large triangles are split towards at most so many flagged objects, the smallest."""
+"""Large triangles are split towards at most so many ray traced objects, the smallest."""
 
 MAX_SPLITS = 1 << 18
 """Splitting ends at so many new triangles."""
@@ -274,7 +274,7 @@ COARSEST = 8
 """A picture against a deadline begins with every 8th pixel across and up: 1/64 of the work of one sample."""
 
 FILL_SAMPLES = (8, 56)
-"""Extra camera rays for a masked pixel in which no sample met a flagged object; more where none of these did."""
+"""Extra camera rays for a masked pixel in which no sample met a ray traced object; more where none of these did."""
 
 FAILED_PIXEL = (1.0, 0.0, 1.0)
 """The colour, distinct pink, of a pixel whose computation did not give finite numbers."""
@@ -338,6 +338,6 @@ RAYS_PER_SAMPLE = 4
 """Of a sample of a pixel, those that may hit anything, in the middle of the sample scenes."""
 
 STEADY_SCENE = 500
-"""Where flagged objects move, the centre of coordinates follows them in steps of about their size, so that what stands
-still keeps its coordinates from frame to frame: in scenes no larger than this many times their size. In larger ones
-the steps would cost digits where shadows and contacts of small objects need them."""
+"""Where ray traced objects move, the centre of coordinates follows them in steps of about their size, so that what
+stands still keeps its coordinates from frame to frame: in scenes no larger than this many times their size. In larger
+ones the steps would cost digits where shadows and contacts of small objects need them."""

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import SupportsInt
 
 
-class Tally:
+class Stats:
     """Integer counters and phase clocks of one thread's work.
 
     counts : name -> number (rays by kind, invariants, skipped work).
@@ -46,7 +46,7 @@ class Tally:
             self.cpu[self._open[-1]] += now[1] - self._since[1]
         self._since = now
 
-    def merge(self, other: Tally) -> None:
+    def merge(self, other: Stats) -> None:
         """Add another tally to this one."""
         self.counts.update(other.counts)
         for phase in other.wall:

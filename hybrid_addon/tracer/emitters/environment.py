@@ -113,8 +113,8 @@ class Sky:
         share = np.diff(np.sin(np.linspace(-np.pi / 2, np.pi / 2, height + 1))) * (2 * np.pi / width)
         for start in range(0, height, BAND):
             rows = slice(start, start + BAND)
-            kept = self._kept(self._tinted(rows), latitude[rows], longitude, share[rows], total)
-            total.add(np.matmul(around, kept.astype(np.float64))[..., :3], latitude[rows], share[rows])
+            cache = self._kept(self._tinted(rows), latitude[rows], longitude, share[rows], total)
+            total.add(np.matmul(around, cache.astype(np.float64))[..., :3], latitude[rows], share[rows])
         if self._expression is None:
             total.toward, total.excess_toward = total.toward @ self._rotation, total.excess_toward @ self._rotation
         return total

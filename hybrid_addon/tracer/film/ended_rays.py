@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ...scene import Float32, Float64
 from ..core.constants import ENDED
-from ..core.stats import Tally
-from .samples import Sums
+from ..core.stats import Stats
+from .samples import SampleBuffer
 
 UNIT = 2.0**-20
 MOST = 2.0**20
@@ -25,44 +25,44 @@ def in_units(weight: Float32 | Float64) -> NDArray[np.int64]:
     return np.rint(np.clip(sound, 0, MOST) / UNIT).astype(np.int64)
 
 
-def count_ended(place: NDArray[np.intp], weight: Float32, tally: Tally) -> None:
+def count_ended(place: NDArray[np.intp], weight: Float32, stats: Stats) -> None:
     """Count throughput (n,) of rays that ended at objects (n,), with bounces left to go."""
     objects, inverse = np.unique(place, return_inverse=True)
     total = np.zeros(len(objects), np.int64)
     np.add.at(total, inverse.reshape(-1), in_units(weight))
     for number, units in zip(objects.tolist(), total.tolist(), strict=True):
-        tally.add(f"{AT}{number}", units)
+        stats.add(f"{AT}{number}", units)
 
 
-def count_samples(sums: Sums, tally: Tally) -> None:
+def count_samples(sample_buffer: SampleBuffer, stats: Stats) -> None:
     """Count the samples of a portion, those that lost much, and what all of them brought and lost."""
-    seen = sums.seen > 0
-    lost = np.minimum(sums.residual - sums.stood_for, 1.0)[seen]
-    tally.add("samples_seen", len(lost))
-    tally.add("samples_ended", np.count_nonzero(lost > ENDED))
-    tally.add("light_lost", in_units(lost[lost > ENDED]).sum())
-    tally.add("light_kept", in_units(1 - lost).sum())
-    tally.add("light_found", in_units(sums.radiance[:, seen].mean(axis=0)).sum())
+    seen = sample_buffer.seen > 0
+    lost = np.minimum(sample_buffer.residual - sample_buffer.stood_for, 1.0)[seen]
+    stats.add("samples_seen", len(lost))
+    stats.add("samples_ended", np.count_nonzero(lost > ENDED))
+    stats.add("light_lost", in_units(lost[lost > ENDED]).sum())
+    stats.add("light_kept", in_units(1 - lost).sum())
+    stats.add("light_found", in_units(sample_buffer.radiance[:, seen].mean(axis=0)).sum())
 
 
 COUNTERS = ("samples_seen", "samples_ended", "light_lost", "light_kept", "light_found", "lost_to_cutoff")
 
 
-def found(tally: Tally) -> dict[str, object]:
+def found(stats: Stats) -> dict[str, object]:
     """What was counted, as `Film.ended` says it."""
-    seen, kept, ended = (tally.counts[name] for name in ("samples_seen", "light_kept", "samples_ended"))
-    at = {int(name.removeprefix(AT)): n * UNIT for name, n in tally.counts.items() if name.startswith(AT) and n}
+    seen, cache, ended = (stats.counts[name] for name in ("samples_seen", "light_kept", "samples_ended"))
+    at = {int(name.removeprefix(AT)): n * UNIT for name, n in stats.counts.items() if name.startswith(AT) and n}
     return {
         "least": ENDED,
         "share": ended / max(seen, 1),
-        "lost": tally.counts["light_lost"] * UNIT / max(ended, 1),
-        "around": tally.counts["light_found"] / kept if kept else 1.0,
-        "cutoff": tally.counts["lost_to_cutoff"] * UNIT,
+        "lost": stats.counts["light_lost"] * UNIT / max(ended, 1),
+        "around": stats.counts["light_found"] / cache if cache else 1.0,
+        "cutoff": stats.counts["lost_to_cutoff"] * UNIT,
         "objects": at,
     }
 
 
-def forget(tally: Tally) -> None:
+def forget(stats: Stats) -> None:
     """Begin anew."""
-    for name in [name for name in tally.counts if name in COUNTERS or name.startswith(AT)]:
-        del tally.counts[name]
+    for name in [name for name in stats.counts if name in COUNTERS or name.startswith(AT)]:
+        del stats.counts[name]

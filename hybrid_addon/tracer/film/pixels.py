@@ -14,14 +14,14 @@ from ..core.constants import HALVES_TO_ERROR, SAMPLING_SLOPE
 from ..core.vectors import Index, as_slice, evenly, flatnonzero, take, write
 from ..parallel.pool import Zeros
 from .filter import Grid, PixelFilter
-from .samples import LIGHT_PASSES, Sums
+from .samples import LIGHT_PASSES, SampleBuffer
 
 Bools = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
 Source = tuple[Index, NDArray[np.int32]]
 
 RADIANCE, SEEN, RESIDUAL, OWN = slice(0, 3), 3, 4, slice(0, 4)
-"""Rows of `Totals.given`; those of light passes follow."""
+"""Rows of `PixelBuffer.given`; those of light passes follow."""
 
 BAND = 1 << 16
 """Pixels that are gathered at once."""
@@ -34,8 +34,8 @@ ESTIMATED = 1 << 14
 
 
 @dataclass(eq=False)
-class Totals:
-    """Sums over the samples of the n pixels of a grid so far.
+class PixelBuffer:
+    """SampleBuffer over the samples of the n pixels of a grid so far.
 
     Every pixel holds what it gives: sums of its own samples under the k weights of the filter. What a pixel gets is
     gathered at the end, when all numbers of samples are known. So no one writes to another's pixel, and pixels with few
@@ -44,7 +44,7 @@ class Totals:
     given    : (k, c, n) float32; the rows are RADIANCE, SEEN (samples that count), RESIDUAL (throughput cut off) and
                the light passes. Each is summed sample by sample in their order: however passes cut them up, the bits
                are the same.
-    rows     : of the light passes, by name (see `Sums.parts`).
+    rows     : of the light passes, by name (see `SampleBuffer.parts`).
     samples  : (n,) int32, camera samples taken.
     variance : (n,) float32, estimate of the squared error of the own mean, over the channels; NaN where unknown.
     apart    : (n,) float32, contrast between the means of the first and the second half of the own samples.
@@ -67,7 +67,7 @@ class Totals:
     @classmethod
     def zeros(
         cls, grid: Grid, pixel_filter: PixelFilter, signed: bool, parts: Iterable[str] = (), zeros: Zeros = np.zeros
-    ) -> Totals:
+    ) -> PixelBuffer:
         """Nothing yet.
 
         signed : room for what adaptive sampling asks.   parts : light passes that are wanted.
@@ -77,7 +77,7 @@ class Totals:
         for name in parts:
             rows[name] = slice(c, c + LIGHT_PASSES[name])
             c += LIGHT_PASSES[name]
-        totals = cls(
+        pixel_buffer = cls(
             grid,
             pixel_filter,
             zeros((len(pixel_filter.offsets), c, n), np.float32),
@@ -90,28 +90,28 @@ class Totals:
             zeros((3, n), np.float32) if signed else None,
             zeros((3, n), np.float32) if signed else None,
         )
-        totals.variance.fill(np.nan)
-        if totals.low is not None:
-            totals.low.fill(np.inf)
-        return totals
+        pixel_buffer.variance.fill(np.nan)
+        if pixel_buffer.low is not None:
+            pixel_buffer.low.fill(np.inf)
+        return pixel_buffer
 
     # ------------------------------------------------------------------------------------------------ adding
 
-    def add(self, pixels: Pixels, sums: Sums, first: int) -> None:
+    def add(self, pixels: Pixels, sample_buffer: SampleBuffer, first: int) -> None:
         """Add samples first, first + 1, ... of some pixels (m,), each once."""
-        count = sums.count
+        count = sample_buffer.count
         weights = self.filter.weights(first, count)
         for start in range(0, len(pixels), GIVEN_AT_ONCE):
             band = pixels[start : start + GIVEN_AT_ONCE]
             m, of_band = len(band), slice(start * count, (start + GIVEN_AT_ONCE) * count)
             values = np.empty((count, self.given.shape[1], m), np.float32)
-            values[:, RADIANCE] = sums.radiance[:, of_band].reshape(3, m, count).transpose(2, 0, 1)
-            values[:, SEEN] = sums.seen[of_band].reshape(m, count).T
-            values[:, RESIDUAL] = sums.residual[of_band].reshape(m, count).T
+            values[:, RADIANCE] = sample_buffer.radiance[:, of_band].reshape(3, m, count).transpose(2, 0, 1)
+            values[:, SEEN] = sample_buffer.seen[of_band].reshape(m, count).T
+            values[:, RESIDUAL] = sample_buffer.residual[of_band].reshape(m, count).T
             for name, rows in self.rows.items():
-                values[:, rows] = sums.parts[name][:, of_band].reshape(-1, m, count).transpose(2, 0, 1)
-            if sums.signatures is not None:
-                self._compare(band, values[:, OWN], sums.signatures.values[of_band].reshape(m, count))
+                values[:, rows] = sample_buffer.parts[name][:, of_band].reshape(-1, m, count).transpose(2, 0, 1)
+            if sample_buffer.signatures is not None:
+                self._compare(band, values[:, OWN], sample_buffer.signatures.values[of_band].reshape(m, count))
             self._give(band, values, weights, first)
         self.samples[pixels] += count
 
@@ -177,8 +177,8 @@ class Totals:
         """(3, m) radiance of pixels: the filtered mean over the samples that count; 0 where none does."""
 
         def mean(band: Pixels) -> Float32:
-            sums = self._gathered(self._sources(band), OWN)
-            return _quotient(sums[RADIANCE], sums[SEEN])
+            sample_buffer = self._gathered(self._sources(band), OWN)
+            return _quotient(sample_buffer[RADIANCE], sample_buffer[SEEN])
 
         return _in_bands(mean, pixels)
 
@@ -187,18 +187,20 @@ class Totals:
         own = self.given[0, OWN][:, pixels]
         return _quotient(own[RADIANCE], own[SEEN])
 
-    def developed(self, pixels: Pixels) -> tuple[Float32, Float32, dict[str, Float32], Float32]:
+    def resolved(self, pixels: Pixels) -> tuple[Float32, Float32, dict[str, Float32], Float32]:
         """Of pixels (m,), all in the same mean: radiance (3, m), residual (m,), light passes and coverage (m,).
 
         Light passes are 0 where they are not finite. Coverage is the share of the samples that count.
         """
         sources = self._sources(pixels)
-        sums, taken = self._gathered(sources, slice(None)), self._all_seen(sources)
-        seen = _or_one(sums[SEEN])
+        sample_buffer, taken = self._gathered(sources, slice(None)), self._all_seen(sources)
+        seen = _or_one(sample_buffer[SEEN])
         with np.errstate(all="ignore"):
-            light, lost = sums[RADIANCE] / seen, sums[RESIDUAL] / seen
-            parts = {name: np.nan_to_num(sums[rows] / seen, posinf=0, neginf=0) for name, rows in self.rows.items()}
-            covered = sums[SEEN] / _or_one(taken)
+            light, lost = sample_buffer[RADIANCE] / seen, sample_buffer[RESIDUAL] / seen
+            parts = {
+                name: np.nan_to_num(sample_buffer[rows] / seen, posinf=0, neginf=0) for name, rows in self.rows.items()
+            }
+            covered = sample_buffer[SEEN] / _or_one(taken)
         in_float32 = {name: part.astype(np.float32) for name, part in parts.items()}
         return light.astype(np.float32), lost.astype(np.float32), in_float32, covered.astype(np.float32)
 
@@ -291,10 +293,10 @@ def _in_bands(work: Callable[[Pixels], NDArray[Any]], pixels: Pixels) -> NDArray
     return np.concatenate([work(pixels[i : i + BAND]) for i in range(0, max(len(pixels), 1), BAND)], axis=-1)
 
 
-def _quotient(sums: NDArray, seen: NDArray) -> Float32:
-    """Sums (..., m) over seen (m,); 0 where that is 0."""
+def _quotient(sample_buffer: NDArray, seen: NDArray) -> Float32:
+    """SampleBuffer (..., m) over seen (m,); 0 where that is 0."""
     with np.errstate(all="ignore"):
-        return np.asarray((sums / _or_one(seen)).astype(np.float32))
+        return np.asarray((sample_buffer / _or_one(seen)).astype(np.float32))
 
 
 def _most(sources: list[Source]) -> int:

@@ -39,7 +39,7 @@ def wanted_parts(settings: Settings) -> list[str]:
 
 
 @dataclass(eq=False)
-class Sums:
+class SampleBuffer:
     """What each of the n samples of m pixels, `count` consecutive ones each, adds up to: float64, in a fixed order.
 
     radiance : (3, n)   seen : (n,) 1 if it counts   residual : (n,) throughput that was cut off
@@ -92,7 +92,7 @@ class Sums:
         depth: int = 0,
         first: int = 1,
         sampler: Sampler | None = None,
-    ) -> Sums:
+    ) -> SampleBuffer:
         """Nothing yet.
 
         cutoff : throughput that each sample may lose.   parts : light passes that are wanted.   depth, first, sampler :

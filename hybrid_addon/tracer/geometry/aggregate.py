@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32, Float64, Int32
-from ..core.cache import Kept
+from ..core.cache import SceneCache
 from ..core.constants import (
     BARYCENTRIC_SLACK,
     FLOAT32_ULP,
@@ -25,7 +25,7 @@ from ..core.constants import (
     RETRACE_STEP,
 )
 from ..core.rays import offset_origin, origin_offset
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import ALL, Array, Index, dot, flatnonzero, largest_component, take
 from .flatten import Geometry
 from .shapes import onto_sphere, plane_distance, sphere_distance
@@ -62,12 +62,14 @@ class Hits:
 class PrimitiveSet:
     """The primitives `members` (np,) bool of a geometry, ready for queries."""
 
-    def __init__(self, geometry: Geometry, members: Bools, kept: Kept | None = None, divided: bool = False) -> None:
+    def __init__(
+        self, geometry: Geometry, members: Bools, cache: SceneCache | None = None, divided: bool = False
+    ) -> None:
         """kept: where trees of earlier frames may be found. divided: what is likely to move has a tree of its own."""
         self.geometry = geometry
         nt, ns = geometry.triangle_count, geometry.sphere_count
         self.triangle_count = int(np.count_nonzero(members[:nt]))
-        self._triangles = trees_over(geometry, members[:nt], Kept(0) if kept is None else kept, divided)
+        self._triangles = trees_over(geometry, members[:nt], SceneCache(0) if cache is None else cache, divided)
         self._spheres = flatnonzero(members[nt : nt + ns])
         self._planes = flatnonzero(members[nt + ns :]) + nt + ns
         self._members = members
@@ -96,14 +98,14 @@ class PrimitiveSet:
 
     # -------------------------------------------------------------------------------------------- nearest hit
 
-    def nearest(self, origin: Float32, direction: Array, tally: Tally) -> Hits:
+    def nearest(self, origin: Float32, direction: Array, stats: Stats) -> Hits:
         """Nearest hit of rays (3, n), all of them traceable. Embree sees float64 directions rounded."""
-        hits = self._nearest(origin, direction, tally)
+        hits = self._nearest(origin, direction, stats)
         if self._hidden is not None:
-            self._look_through(hits, origin, direction, tally)
+            self._look_through(hits, origin, direction, stats)
         return hits
 
-    def _look_through(self, hits: Hits, origin: Float32, direction: Array, tally: Tally) -> None:
+    def _look_through(self, hits: Hits, origin: Float32, direction: Array, stats: Stats) -> None:
         """Replace hits on faces that are not there by those behind, at their distances along the same rays."""
         for _ in range(MAX_HIDDEN_FACES):
             hidden = flatnonzero(self._is_hidden(hits))
@@ -113,7 +115,7 @@ class PrimitiveSet:
             point = start + d * face.t
             offset = origin_offset(point.astype(np.float32), self.geometry.extent.take(face.prim))
             behind = offset_origin(point, face.normal, offset * np.sign(face.toward).astype(np.float32))
-            found = self._nearest(behind, d, tally)
+            found = self._nearest(behind, d, stats)
             found.t += dot(behind - start.astype(np.float64), d)
             self._sharpen_along(found, start, d)
             self._store(hits, hidden, found, np.ones(len(hidden), bool))
@@ -135,14 +137,14 @@ class PrimitiveSet:
         center, radius = g.sphere_center[sphere].T, g.sphere_radius[sphere]
         hits.t[round_] = onto_sphere(center, radius, origin[:, round_], direction[:, round_], hits.t[round_])
 
-    def _nearest(self, origin: Float32, direction: Array, tally: Tally) -> Hits:
+    def _nearest(self, origin: Float32, direction: Array, stats: Stats) -> Hits:
         rounded: Float32 = direction.astype(np.float32, copy=False)
-        with tally.phase("intersect"):
+        with stats.phase("intersect"):
             prim = self._triangles.intersect(origin, rounded)
         hits = self._refine(prim, origin, rounded)
         if self.triangle_count:
-            self._retrace(hits, origin, rounded, tally)
-            self._check_grazing(hits, origin, rounded, tally)
+            self._retrace(hits, origin, rounded, stats)
+            self._check_grazing(hits, origin, rounded, stats)
             if rounded is not direction:
                 self._sharpen(hits, origin, direction)
         if len(self._spheres) or len(self._planes):
@@ -174,7 +176,7 @@ class PrimitiveSet:
                 hits.normal[i, found] = facets[i]
         return hits
 
-    def _retrace(self, hits: Hits, origin: Float32, direction: Float32, tally: Tally) -> None:
+    def _retrace(self, hits: Hits, origin: Float32, direction: Float32, stats: Stats) -> None:
         """Advance rays whose hit lies behind them (a rounding error of Embree) and trace them again.
 
         Closest hit makes this safe: whatever is nearer than a spurious hit would have been returned. Hits at distance 0
@@ -183,12 +185,12 @@ class PrimitiveSet:
         spurious = flatnonzero(~(hits.t >= 0))
         if len(spurious) == 0:
             return
-        tally.add("self_hits", len(spurious))
+        stats.add("self_hits", len(spurious))
         start, d = origin[:, spurious], direction[:, spurious]
         step = (RETRACE_STEP * largest_component(start)).astype(np.float64)
         for _ in range(MAX_RETRACES):
             moved = (start + d * step).astype(np.float32)
-            with tally.phase("intersect"):
+            with stats.phase("intersect"):
                 again = self._triangles.intersect(moved, d)
             found = self._refine(again, start, d)
             good = (found.t >= 0) | (again == MISS)
@@ -206,7 +208,7 @@ class PrimitiveSet:
         hits.normal[:, where] = found.normal[:, chosen]
         hits.toward[where] = found.toward[chosen]
 
-    def _check_grazing(self, hits: Hits, origin: Float32, direction: Float32, tally: Tally) -> None:
+    def _check_grazing(self, hits: Hits, origin: Float32, direction: Float32, stats: Stats) -> None:
         """Count grazing hits that float64 finds clearly outside their triangle (they are clamped, not dropped)."""
         grazing = flatnonzero((np.abs(hits.toward) < GRAZING_COSINE) & (hits.prim >= 0))
         if len(grazing) == 0:
@@ -215,7 +217,7 @@ class PrimitiveSet:
         u, v = barycentrics(self.geometry, hits.prim[grazing], point, clamp=False)
         # In the plane, the float32 ray itself is uncertain by an ulp over the cosine, and so is the hit.
         slack = BARYCENTRIC_SLACK + FLOAT32_ULP / np.abs(hits.toward[grazing])
-        tally.add("barycentrics_out_of_range", np.count_nonzero((u < -slack) | (v < -slack) | (u + v > 1 + slack)))
+        stats.add("barycentrics_out_of_range", np.count_nonzero((u < -slack) | (v < -slack) | (u + v > 1 + slack)))
 
     def _sharpen(self, hits: Hits, origin: Float32, direction: Float64) -> None:
         """Distances along float64 directions to the triangles that the rounded ones found, if they meet these too."""
@@ -254,9 +256,9 @@ class PrimitiveSet:
 
     # -------------------------------------------------------------------------------------------- any hit
 
-    def occluded(self, origin: Float32, direction: Float32, t_max: Float32, tally: Tally) -> Bools:
+    def occluded(self, origin: Float32, direction: Float32, t_max: Float32, stats: Stats) -> Bools:
         """Whether anything lies on each ray (3, n) before t_max (n,)."""
-        with tally.phase("occluded"):
+        with stats.phase("occluded"):
             blocked = self._triangles.occluded(origin, direction, t_max)
         g = self.geometry
         for sphere in self._spheres:
@@ -267,7 +269,7 @@ class PrimitiveSet:
             blocked |= (t > 0) & (t < t_max)
         if self._hidden is not None:
             asked = flatnonzero(blocked)
-            hits = self.nearest(origin.take(asked, axis=1), direction.take(asked, axis=1), tally)
+            hits = self.nearest(origin.take(asked, axis=1), direction.take(asked, axis=1), stats)
             blocked[asked] = hits.t < t_max[asked]
         return blocked
 

@@ -15,26 +15,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32, Float64, Instance, Int32, Plane, Scene, Sphere
-from ..core.cache import MADE_READY, Kept
+from ..core.cache import PREPARED, SceneCache
 from ..core.constants import MAX_SWELLING, STEADY_SCENE
 from .instances import (
-    Batch,
     Layouts,
+    MeshInstances,
     Shape,
-    batches_of,
     bounds_of_batch,
     corner_data_of,
+    mesh_instances_of,
     shapes_of,
     surface_of_triangles,
     visible,
 )
 from .subdivide import split_large_triangles
-from .triangles import Soup, join, no_triangles
+from .triangles import TriangleSoup, join, no_triangles
 
 Bools = NDArray[np.bool_]
 
 TOGETHER = 1 << 14
-"""Triangles of small meshes that are made ready at once: they stay in a core's cache."""
+"""Triangles of small meshes that are prepared at once: they stay in a core's cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Geometry:
     object: NDArray[np.intp]  # (np,) number in the scene: of its instances, then its spheres, then its planes
     source: Int32  # (nt,) number of the triangle in its mesh; parts of a split one have the same
     surface: NDArray[np.intp]  # (np,) index into the surface table (intp: `take` need not convert it)
-    ray_traced: Bools  # (np,) flagged by the artist
+    ray_traced: Bools  # (np,) ray traced by the artist
     camera: Bools  # (np,) visibility for camera rays,
     shadow: Bools  # (np,) for shadow rays,
     secondary: Bools  # (np,) and for reflected and refracted rays
@@ -62,7 +62,7 @@ class Geometry:
     sphere_center: Float64  # (ns, 3)
     sphere_radius: Float64  # (ns,)
     dropped: int  # triangles left out because they are degenerate or not finite
-    split: int  # triangles made by splitting large ones towards small flagged objects
+    split: int  # triangles made by splitting large ones towards small ray traced objects
     bounds_radius: float  # of a ball around the centre that holds the whole scene; infinite if there are planes
 
     @cached_property
@@ -88,7 +88,7 @@ def flatten(
     scene: Scene,
     layouts: Layouts,
     use_normals: bool = True,
-    kept: Kept | None = None,
+    cache: SceneCache | None = None,
     without: frozenset[int] = frozenset(),
 ) -> Geometry:
     """Realise all visible instances.
@@ -98,12 +98,12 @@ def flatten(
     kept        : what an earlier frame has left, and what this one leaves.
     without     : numbers of instances that are not realised. Coordinates and bounds are those of the whole scene.
     """
-    kept = Kept(0) if kept is None else kept
-    batches = list(batches_of(scene))
+    cache = SceneCache(0) if cache is None else cache
+    batches = list(mesh_instances_of(scene))
     spheres, planes = [s for s in scene.spheres if visible(s)], [p for p in scene.planes if visible(p)]
-    center, radius = _center_and_radius(scene, batches, spheres, kept)
-    batches = list(batches_of(scene, without)) if without else batches
-    shapes = _shapes(batches, center, use_normals, kept)
+    center, radius = _center_and_radius(scene, batches, spheres, cache)
+    batches = list(mesh_instances_of(scene, without)) if without else batches
+    shapes = _shapes(batches, center, use_normals, cache)
     parts = [_realise(batch, shape, layouts) for batch, shape in zip(batches, shapes, strict=True)]
     mesh = join(parts) if parts else no_triangles()
     balls = np.array([(*np.subtract(b.center, center), b.radius) for b in spheres if b.ray_traced]).reshape(-1, 4)
@@ -114,20 +114,20 @@ def flatten(
 
 
 def _center_and_radius(
-    scene: Scene, batches: list[Batch], spheres: Sequence[Sphere], kept: Kept
+    scene: Scene, batches: list[MeshInstances], spheres: Sequence[Sphere], cache: SceneCache
 ) -> tuple[Float64, float]:
     """The centre of coordinates, and the radius of a ball around it that holds everything, however it swells."""
-    boxes = [bounds_of_batch(batch, kept) for batch in batches]
-    everything, flagged = (_box(batches, boxes, spheres, only_flagged) for only_flagged in (False, True))
+    boxes = [bounds_of_batch(batch, cache) for batch in batches]
+    everything, ray_traced = (_box(batches, boxes, spheres, only_ray_traced) for only_ray_traced in (False, True))
     if not len(everything):
         return np.array(scene.camera.matrix_world, np.float64)[:3, 3], 0.0
-    center = _center(batches, everything, flagged)
+    center = _center(batches, everything, ray_traced)
     return center, float(np.sqrt(3) * np.max(np.abs(everything - center)) * (1 + MAX_SWELLING))
 
 
-def _center(batches: list[Batch], everything: Float64, flagged: Float64) -> Float64:
-    """That of the bounds of what is flagged, else of everything: there coordinates are small and rounding is least."""
-    low, high = flagged if len(flagged) else everything
+def _center(batches: list[MeshInstances], everything: Float64, ray_traced: Float64) -> Float64:
+    """Center of the ray traced objects' bounds, else of all: there coordinates are small and rounding is least."""
+    low, high = ray_traced if len(ray_traced) else everything
     middle, size = (low + high) / 2, np.max(high - low)
     moves = any(i.moves and i.ray_traced for batch in batches for i in batch.instances)
     if not moves or not 0 < size * STEADY_SCENE > np.max(everything[1] - everything[0]):
@@ -136,40 +136,42 @@ def _center(batches: list[Batch], everything: Float64, flagged: Float64) -> Floa
     return np.asarray(np.round(middle / step) * step)
 
 
-def _box(batches: list[Batch], bounds: list[Float64], spheres: Sequence[Sphere], only_flagged: bool) -> Float64:
+def _box(
+    batches: list[MeshInstances], bounds: list[Float64], spheres: Sequence[Sphere], only_ray_traced: bool
+) -> Float64:
     """(2, 3) lowest and highest coordinates, bounds: those of the batches' instances; (0, 3) if there is nothing."""
     boxes = [np.zeros((0, 2, 3))]
     for batch, of_instances in zip(batches, bounds, strict=True):
-        boxes.append(of_instances[[i.ray_traced or not only_flagged for i in batch.instances]])
-    balls = [s for s in spheres if s.ray_traced or not only_flagged]
+        boxes.append(of_instances[[i.ray_traced or not only_ray_traced for i in batch.instances]])
+    balls = [s for s in spheres if s.ray_traced or not only_ray_traced]
     boxes += [np.array([[np.subtract(s.center, s.radius), np.add(s.center, s.radius)]]) for s in balls]
     low, high = np.concatenate(boxes).transpose(1, 0, 2)
     known = (low <= high).all(axis=1)
     return np.array([low[known].min(axis=0), high[known].max(axis=0)]) if known.any() else np.zeros((0, 3))
 
 
-def _shapes(batches: list[Batch], center: Float64, use_normals: bool, kept: Kept) -> list[Shape]:
+def _shapes(batches: list[MeshInstances], center: Float64, use_normals: bool, cache: SceneCache) -> list[Shape]:
     """Those of an earlier frame, and the others worked out: of small meshes some together."""
     keys = [("shape", *batch.key, center.tobytes(), use_normals) for batch in batches]
     made: dict[int, Shape] = {}
     group: list[int] = []
     held = 0
     for number, batch in enumerate(batches):
-        if not kept.has(keys[number]):
+        if not cache.has(keys[number]):
             group.append(number)
             held += batch.size
         if group and (held >= TOGETHER or number == len(batches) - 1):
             made |= zip(group, shapes_of([batches[i] for i in group], center, use_normals), strict=True)
             group, held = [], 0
-    return [kept.take(key, partial(made.__getitem__, i), MADE_READY, batches[i].size) for i, key in enumerate(keys)]
+    return [cache.take(key, partial(made.__getitem__, i), PREPARED, batches[i].size) for i, key in enumerate(keys)]
 
 
-def _realise(batch: Batch, shape: Shape, layouts: Layouts) -> Soup:
+def _realise(batch: MeshInstances, shape: Shape, layouts: Layouts) -> TriangleSoup:
     """Triangles of all instances of one mesh."""
     nt, sound, surface = len(batch.mesh.triangles), shape.sound, surface_of_triangles(batch)
     flags = np.array([_flags(i) for i in batch.instances], bool).T
     data = corner_data_of(batch, surface, layouts)
-    return Soup(
+    return TriangleSoup(
         vertices=shape.vertices,
         triangles=shape.triangles,
         facets=shape.facets,
@@ -192,7 +194,7 @@ def _flags(thing: Instance | Sphere | Plane) -> tuple[bool, bool, bool, bool, bo
 
 
 def _assemble(
-    mesh: Soup,
+    mesh: TriangleSoup,
     layouts: Layouts,
     center: Float64,
     radius: float,

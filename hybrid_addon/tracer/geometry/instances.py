@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32, Float64, Instance, Int32, Plane, Scene, Sphere, TriangleMesh
-from ..core.cache import Kept
+from ..core.cache import SceneCache
 from ..core.constants import EMBREE_LIMIT, FLAT
 from ..core.vectors import cross, dot, select
 from .triangles import facets_of
@@ -21,7 +21,7 @@ Layouts = Sequence[Mapping[str, tuple[int, int]]]
 
 
 @dataclass(eq=False)
-class Batch:
+class MeshInstances:
     """All instances of one mesh, k of them, in world space and float64."""
 
     mesh: TriangleMesh
@@ -76,7 +76,7 @@ def visible(thing: Instance | Sphere | Plane) -> bool:
     return v.camera or v.shadow or v.secondary
 
 
-def batches_of(scene: Scene, without: frozenset[int] = frozenset()) -> Iterator[Batch]:
+def mesh_instances_of(scene: Scene, without: frozenset[int] = frozenset()) -> Iterator[MeshInstances]:
     """Group the visible instances by mesh: numpy then works on all instances of a mesh at once. Those that are likely
     to move are a batch of their own, so that the others can be kept. without: numbers of instances to leave out."""
     members: dict[tuple[int, bool], list[int]] = {}
@@ -86,7 +86,7 @@ def batches_of(scene: Scene, without: frozenset[int] = frozenset()) -> Iterator[
     for (mesh, _), numbers in members.items():
         instances = [scene.instances[n] for n in numbers]
         matrices = np.array([i.matrix_world for i in instances], np.float64)
-        yield Batch(scene.meshes[mesh], instances, numbers, matrices)
+        yield MeshInstances(scene.meshes[mesh], instances, numbers, matrices)
 
 
 def _transform(points: Float64, matrices: Float64) -> Float64:
@@ -104,12 +104,12 @@ def _transform(points: Float64, matrices: Float64) -> Float64:
     return result
 
 
-def bounds_of_batch(batch: Batch, kept: Kept) -> Float64:
+def bounds_of_batch(batch: MeshInstances, cache: SceneCache) -> Float64:
     """`bounds_of_instances`, those of an earlier frame if it had the same."""
-    return kept.take(("bounds", *batch.key), partial(bounds_of_instances, batch))
+    return cache.take(("bounds", *batch.key), partial(bounds_of_instances, batch))
 
 
-def bounds_of_instances(batch: Batch) -> Float64:
+def bounds_of_instances(batch: MeshInstances) -> Float64:
     """(k, 2, 3) lowest and highest coordinates of each instance's traceable vertices; low > high: none."""
     rows = batch.vertices
     usable = (np.abs(rows) < EMBREE_LIMIT).all(axis=0)  # not NaN
@@ -117,7 +117,7 @@ def bounds_of_instances(batch: Batch) -> Float64:
     return np.stack([low.T, high.T], axis=1)
 
 
-def shapes_of(batches: Sequence[Batch], center: Float64, use_normals: bool) -> list[Shape]:
+def shapes_of(batches: Sequence[MeshInstances], center: Float64, use_normals: bool) -> list[Shape]:
     """Their triangles around the centre, those left out that are degenerate.
 
     Few calls for many small meshes: what is done to each triangle alone is done to those of all batches at once.
@@ -136,37 +136,37 @@ def shapes_of(batches: Sequence[Batch], center: Float64, use_normals: bool) -> l
         smooth[there] = _is_smooth(np.concatenate([n for _, n in curved]), facets.take(there, axis=0))
     found = []
     for part, v, t, n in zip(parts, vertices, triangles, normals, strict=True):
-        kept = select(sound[part])
+        cache = select(sound[part])
         found.append(
             Shape(
                 v,
-                t[kept],
-                facets[part][kept],
-                weights[part][kept],
-                extent[part][kept],
-                None if n is None else n[kept],
-                smooth[part][kept],
+                t[cache],
+                facets[part][cache],
+                weights[part][cache],
+                extent[part][cache],
+                None if n is None else n[cache],
+                smooth[part][cache],
                 sound[part],
             )
         )
     return found
 
 
-def _around(batch: Batch, center: Float64) -> Float32:
+def _around(batch: MeshInstances, center: Float64) -> Float32:
     """(k nv, 3) vertices around the centre."""
     with np.errstate(invalid="ignore", over="ignore"):
         rows = (batch.vertices - center[:, None, None]).astype(np.float32)
     return np.ascontiguousarray(rows.reshape(3, -1).T)
 
 
-def _numbered(batch: Batch) -> Int32:
+def _numbered(batch: MeshInstances) -> Int32:
     """(k nt, 3) triangles, whose vertices are those of `_around`."""
     k = len(batch.instances)
     first = (np.arange(k, dtype=np.int32) * np.int32(len(batch.mesh.vertices)))[:, None, None]
     return (_wound(batch.mesh.triangles, batch) + first).reshape(-1, 3)
 
 
-def _wound(indices: Int32, batch: Batch) -> Int32:
+def _wound(indices: Int32, batch: MeshInstances) -> Int32:
     """(k, nt, 3): a mirrored instance turns its triangles over; swapping two corners turns them back."""
     mirrored = batch.handedness < 0
     if not mirrored.any():
@@ -174,17 +174,17 @@ def _wound(indices: Int32, batch: Batch) -> Int32:
     return np.where(mirrored[:, None, None], indices[None, :, [0, 2, 1]], indices[None])
 
 
-def surface_of_triangles(batch: Batch) -> Int32:
+def surface_of_triangles(batch: MeshInstances) -> Int32:
     """(k nt,) surface of each triangle, through the slots of each instance; a slot too many wears the last one."""
     slots = batch.mesh.surface_slots
     if slots is None:
         slots = np.zeros(len(batch.mesh.triangles), np.int32)
     width = max(len(i.surfaces) for i in batch.instances)
-    worn = np.array([i.surfaces + (i.surfaces[-1],) * (width - len(i.surfaces)) for i in batch.instances], np.int32)
-    return worn[:, np.minimum(slots, width - 1)].reshape(-1)
+    assigned = np.array([i.surfaces + (i.surfaces[-1],) * (width - len(i.surfaces)) for i in batch.instances], np.int32)
+    return assigned[:, np.minimum(slots, width - 1)].reshape(-1)
 
 
-def _corner_normals(batch: Batch) -> Float32 | None:
+def _corner_normals(batch: MeshInstances) -> Float32 | None:
     """(k nt, 9) unit world normals of the three corners, through the cofactors: their sign makes up for mirroring."""
     local, k = batch.mesh.normals, len(batch.instances)
     if local is None:
@@ -205,15 +205,15 @@ def _is_smooth(normals: Float32, facets: Float64) -> Bools:
     return np.isfinite(rows).all(axis=0) & ~flat
 
 
-def corner_data_of(batch: Batch, surface: Int32, layouts: Layouts) -> Float32 | None:
+def corner_data_of(batch: MeshInstances, surface: Int32, layouts: Layouts) -> Float32 | None:
     """(k nt, 3 w) what expressions read of the corners; each triangle carries what its own surface reads."""
-    worn = np.unique(surface).tolist()
-    width = max((start + size for s in worn for start, size in layouts[s].values()), default=0)
+    assigned = np.unique(surface).tolist()
+    width = max((start + size for s in assigned for start, size in layouts[s].values()), default=0)
     if width == 0 or not (batch.mesh.normals is not None or batch.mesh.uv_maps or batch.mesh.attributes):
         return None
     corners = _wound(batch.mesh.corners, batch)
     result = np.zeros((len(surface), 3, width), np.float32)
-    for s in worn:
+    for s in assigned:
         reads = surface == s
         for key, (start, size) in layouts[s].items():
             source = _source(batch, key, corners)
@@ -223,7 +223,7 @@ def corner_data_of(batch: Batch, surface: Int32, layouts: Layouts) -> Float32 | 
     return result.reshape(len(surface), -1)
 
 
-def _source(batch: Batch, key: str, corners: Int32) -> Float32 | None:
+def _source(batch: MeshInstances, key: str, corners: Int32) -> Float32 | None:
     """(k, nt, 3 corners, width) of the mesh's own data; tangents are unit vectors in world space."""
     mesh = batch.mesh
     if key.startswith("uv:"):
@@ -237,7 +237,7 @@ def _source(batch: Batch, key: str, corners: Int32) -> Float32 | None:
     return _world_tangents(batch, local)[np.arange(len(corners))[:, None, None], corners]
 
 
-def _world_tangents(batch: Batch, local: Float32) -> Float32:
+def _world_tangents(batch: MeshInstances, local: Float32) -> Float32:
     """(k, nc, 4) of tangents (nc, 4) in local space: unit vectors, 0 where there are none; the sign of the bitangent.
 
     EEVEE turns them as normals (attr_load_tangent), so they go through the cofactors. Those of a flattened instance

@@ -1,4 +1,4 @@
-"""Large triangles near small flagged objects, split and graded towards them.
+"""Large triangles near small ray traced objects, split and graded towards them.
 
 Embree finds a plane to an ulp of the distance to the triangle's corners: next to a far larger triangle a small object's
 shadow and contact are lost. An edge is split, or not, by its end points alone, so both its sides agree and no crack
@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 from ...scene import Float32, Float64
 from ..core.constants import GRADING, LARGE_TRIANGLE, MAX_SMALL_OBJECTS, MAX_SPLITS, SMALLEST_EDGE
 from ..core.vectors import Array
-from .triangles import Soup, corner_bounds, facets_of
+from .triangles import TriangleSoup, corner_bounds, facets_of
 
 Numbers = NDArray[np.intp]
 
 
-def split_large_triangles(mesh: Soup, flagged_balls: Float64) -> Soup:
-    """The soup with its large triangles split where small flagged objects are near; itself where there are none.
+def split_large_triangles(mesh: TriangleSoup, ray_traced_balls: Float64) -> TriangleSoup:
+    """The soup with its large triangles split where small ray traced objects are near; itself where there are none.
 
-    flagged_balls : (b, 4) centres and radii of flagged analytic spheres.
+    flagged_balls : (b, 4) centres and radii of ray traced analytic spheres.
     """
-    objects = np.concatenate([_flagged_objects(mesh), flagged_balls * (1, 1, 1, 2)])
+    objects = np.concatenate([_flagged_objects(mesh), ray_traced_balls * (1, 1, 1, 2)])
     objects = objects[objects[:, 3] > 0]
     largest_edge = 2 * np.sqrt(3) * np.max(mesh.extent, initial=0.0)
     objects = objects[LARGE_TRIANGLE * objects[:, 3] < largest_edge]
@@ -43,13 +43,13 @@ def _squared_edges(corners: Float64) -> Float64:
     return np.asarray((edges * edges).sum(axis=2))
 
 
-def _flagged_objects(mesh: Soup) -> Float64:
-    """(k, 4) centres and diameters of the bounds of flagged instances."""
-    flagged = np.flatnonzero(mesh.flags[0])
-    if len(flagged) == 0:
+def _flagged_objects(mesh: TriangleSoup) -> Float64:
+    """(k, 4) centres and diameters of the bounds of ray traced instances."""
+    ray_traced = np.flatnonzero(mesh.flags[0])
+    if len(ray_traced) == 0:
         return np.zeros((0, 4))
-    start = np.flatnonzero(np.diff(mesh.object[flagged], prepend=-1))
-    low, high = corner_bounds(mesh.vertices, mesh.triangles[flagged])
+    start = np.flatnonzero(np.diff(mesh.object[ray_traced], prepend=-1))
+    low, high = corner_bounds(mesh.vertices, mesh.triangles[ray_traced])
     low = np.minimum.reduceat(low, start, axis=0).astype(np.float64)
     high = np.maximum.reduceat(high, start, axis=0).astype(np.float64)
     diameter = np.sqrt(((high - low) ** 2).sum(axis=1))
@@ -59,14 +59,14 @@ def _flagged_objects(mesh: Soup) -> Float64:
 class _Splitter:
     """The work on some triangles: rows of corner points, with what is interpolated beside them."""
 
-    def __init__(self, mesh: Soup, large: Numbers, objects: Float64) -> None:
+    def __init__(self, mesh: TriangleSoup, large: Numbers, objects: Float64) -> None:
         self.mesh, self.objects = mesh, objects
         self.parent = large
         self.points = mesh.vertices[mesh.triangles[large]]  # (n, 3 corners, 3)
         tables = [t[large].reshape(len(large), 3, -1) for t in (mesh.normals, mesh.corner_data) if t is not None]
         self.values = np.concatenate([self.points, *tables], axis=2)  # (n, 3 corners, k) float32
 
-    def split(self) -> Soup:
+    def split(self) -> TriangleSoup:
         """Halve triangles at their longest edge that is too long until none is."""
         done: list[tuple[Numbers, Float32]] = []
         parent, values = self.parent, self.values
@@ -96,13 +96,13 @@ class _Splitter:
         too_long &= squared > (SMALLEST_EDGE * np.maximum(np.abs(a), np.abs(b)).max(axis=2)) ** 2
         return np.where(too_long.any(axis=1), np.argmax(np.where(too_long, squared, 0), axis=1), -1)
 
-    def _assemble(self, parent: Numbers, values: Float32) -> Soup:
+    def _assemble(self, parent: Numbers, values: Float32) -> TriangleSoup:
         """Put the parts in the places of their parents: an object's triangles stay together."""
         mesh, count = self.mesh, len(parent)
         if count == len(self.parent):
             return mesh
-        kept = np.setdiff1d(np.arange(len(mesh.triangles)), self.parent, assume_unique=True)
-        source = np.concatenate([kept, parent])
+        cache = np.setdiff1d(np.arange(len(mesh.triangles)), self.parent, assume_unique=True)
+        source = np.concatenate([cache, parent])
         order = np.argsort(source, kind="stable")
         source = source[order]
         new = len(mesh.vertices) + np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
@@ -112,7 +112,7 @@ class _Splitter:
         weights = np.where(sound[:, None], weights, 0.0)
 
         def merged(old: Array, part: Array) -> Array:
-            return np.concatenate([old[kept], part])[order]
+            return np.concatenate([old[cache], part])[order]
 
         extra, normals, data = values[:, :, 3:], mesh.normals, mesh.corner_data
         if normals is not None:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32, Int32
-from ..core.cache import IN_TREES, Digest, Kept
+from ..core.cache import IN_TREES, Digest, SceneCache
 from ..core.constants import BUILD_SECONDS, QUERY_SECONDS, RAYS_PER_SAMPLE
 from ..core.vectors import flatnonzero
 from .embree import TriangleScene
@@ -51,25 +51,25 @@ class TwoTrees:
         return blocked
 
 
-def trees_over(geometry: Geometry, members: Bools, kept: Kept, divided: bool) -> TriangleScene | TwoTrees:
+def trees_over(geometry: Geometry, members: Bools, cache: SceneCache, divided: bool) -> TriangleScene | TwoTrees:
     """Trees over the triangles `members` (nt,) bool."""
     moving = members & geometry.moves[: len(members)]
     if divided and moving.any() and (members & ~moving).any():
-        return TwoTrees(geometry, _tree(geometry, members & ~moving, kept), _tree(geometry, moving, kept))
-    return _tree(geometry, members, kept)
+        return TwoTrees(geometry, _tree(geometry, members & ~moving, cache), _tree(geometry, moving, cache))
+    return _tree(geometry, members, cache)
 
 
-def _tree(geometry: Geometry, members: Bools, kept: Kept) -> TriangleScene:
+def _tree(geometry: Geometry, members: Bools, cache: SceneCache) -> TriangleScene:
     if members.all():
-        return kept_tree(kept, geometry.vertices, geometry.triangles, None)
+        return kept_tree(cache, geometry.vertices, geometry.triangles, None)
     ids = flatnonzero(members).astype(np.int32)
-    return kept_tree(kept, *_compact(geometry.vertices, geometry.triangles[ids]), ids)
+    return kept_tree(cache, *_compact(geometry.vertices, geometry.triangles[ids]), ids)
 
 
-def kept_tree(kept: Kept, vertices: Float32, triangles: Int32, ids: Int32 | None) -> TriangleScene:
+def kept_tree(cache: SceneCache, vertices: Float32, triangles: Int32, ids: Int32 | None) -> TriangleScene:
     """A tree over these triangles (see `TriangleScene`), the last frame's if it has the same."""
     key = Digest(vertices, triangles)
-    tree = kept.take(key, lambda: TriangleScene(vertices, triangles), IN_TREES, len(triangles))
+    tree = cache.take(key, lambda: TriangleScene(vertices, triangles), IN_TREES, len(triangles))
     return tree.called(ids)
 
 

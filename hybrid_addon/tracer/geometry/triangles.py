@@ -18,7 +18,7 @@ BAND = 1 << 15
 
 
 @dataclass(eq=False)
-class Soup:
+class TriangleSoup:
     """The triangles of one batch (then of all), with what a hit needs to know about each."""
 
     vertices: Float32
@@ -87,16 +87,16 @@ def corner_bounds(vertices: Float32, triangles: NDArray[np.integer]) -> tuple[Fl
     return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
 
-def no_triangles() -> Soup:
+def no_triangles() -> TriangleSoup:
     """The empty soup."""
     none = np.zeros(0, np.int32)
-    return Soup(
+    return TriangleSoup(
         np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32), np.zeros((0, 4)), np.zeros((0, 8)),
         np.zeros(0, np.float32), None, np.zeros(0, bool), None, none, none, none, np.zeros((5, 0), bool), 0,
     )  # fmt: skip
 
 
-def join(parts: list[Soup]) -> Soup:
+def join(parts: list[TriangleSoup]) -> TriangleSoup:
     """One soup out of all batches."""
     starts = np.cumsum([0] + [len(p.vertices) for p in parts[:-1]]).astype(np.int32)
 
@@ -112,7 +112,7 @@ def join(parts: list[Soup]) -> Soup:
                 row[:, :, : table.shape[1] // 3] = table.reshape(len(table), 3, table.shape[1] // 3)
         return np.concatenate(rows).reshape(-1, 3 * k)
 
-    return Soup(
+    return TriangleSoup(
         vertices=np.concatenate([p.vertices for p in parts]),
         triangles=np.concatenate([p.triangles + s for p, s in zip(parts, starts, strict=True)]),
         facets=np.concatenate([p.facets for p in parts]),

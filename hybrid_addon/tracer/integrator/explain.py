@@ -9,10 +9,10 @@ import numpy as np
 from ...scene import Float32
 from ..core.camera import generate_rays
 from ..core.rays import Rays, camera_rays
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import Array, Index
 from ..film.path_hash import REFLECTED, TRANSMITTED, child_path
-from ..film.samples import Sums
+from ..film.samples import SampleBuffer
 from ..geometry.aggregate import Hits
 from ..prepare.compiled import CompiledScene
 from ..shading.interaction import Interaction
@@ -58,13 +58,13 @@ def explain(scene: CompiledScene, x: int, y: int) -> Node:
     origin, direction, t_max = generate_rays(
         scene.camera, np.array([x + 0.5]), np.array([y + 0.5]), geometry.center, geometry.bounds_radius
     )
-    tally = Tally()
+    stats = Stats()
     with np.errstate(all="ignore"):
-        media = scene.media.around_camera(origin, direction, lambda: scene.solids, tally)
+        media = scene.media.around_camera(origin, direction, lambda: scene.solids, stats)
         rays = camera_rays(origin, direction, t_max, np.arange(1), media, True, linked=scene.linked_lamps)
         tree = _Tree(scene, rays)
-        sums = Sums.zeros(1, 1, settings.cutoff, depth=settings.max_depth)
-        trace_rays(scene, [rays], scene.seen_by_camera, sums, tally, lambda: None, tree.watch)
+        sample_buffer = SampleBuffer.zeros(1, 1, settings.cutoff, depth=settings.max_depth)
+        trace_rays(scene, [rays], scene.seen_by_camera, sample_buffer, stats, lambda: None, tree.watch)
     tree.root.distance += _skipped(scene, origin, direction)
     return tree.root
 
@@ -92,18 +92,18 @@ class _Tree:
         for i in range(len(rays)):
             node, ray = self.waiting[int(rays.path[0, i])], rays.take(np.array([i]))
             node.counts = True
-            light = Sums.zeros(1)
+            light = SampleBuffer.zeros(1)
             ray.sample = np.zeros(1, np.intp)
-            for lamp, seen, radiance in lamps_met(self.scene, ray, hits.take(np.array([i])), Tally()):
+            for lamp, seen, radiance in lamps_met(self.scene, ray, hits.take(np.array([i])), Stats()):
                 node.lamps += (lamp.light.name,)
                 light.add_radiance(seen.sample, brought(self.scene, seen, radiance))
             if at is not None and i in place:
                 one = at.take(np.array([place[i]]))
                 self._describe(node, one, float(hits.t[i]))
-                add_light(self.scene, ray, one, light, Tally())
+                add_light(self.scene, ray, one, light, Stats())
                 coming.update(self._branches(node, ray, one, children))
             else:
-                add_escaped(self.scene, ray, slice(None), light, Tally())
+                add_escaped(self.scene, ray, slice(None), light, Stats())
             node.adds = _rgb(light.radiance)
         self.waiting = coming
 

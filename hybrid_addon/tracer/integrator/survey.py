@@ -18,10 +18,10 @@ from ...scene import Camera, Expression, Float64, Scene, Settings
 from ..core.camera import generate_rays, project
 from ..core.constants import SAME_PLACE, SHARP_ROUGHNESS, SURVEY_CUTOFF, SURVEY_PIXELS
 from ..core.rays import Rays, camera_rays
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import Index, largest_component, select, take
 from ..film.path_hash import REFLECTED, TRANSMITTED, child_path
-from ..film.samples import Sums
+from ..film.samples import SampleBuffer
 from ..geometry.aggregate import Hits
 from ..prepare.compiled import CompiledScene
 from ..prepare.validate import validate
@@ -65,7 +65,9 @@ def survey(
     Raises ValueError for scenes that cannot be traced.
     """
     camera = _coarse(scene.camera)
-    settings = replace(settings, see="ALL", samples=1, transparent=False, cutoff=max(settings.cutoff, SURVEY_CUTOFF))
+    settings = replace(
+        settings, camera_sees="ALL", samples=1, transparent=False, cutoff=max(settings.cutoff, SURVEY_CUTOFF)
+    )
     scene = replace(scene, camera=camera)
     validate(scene, settings, None)
     began = time.perf_counter()
@@ -102,12 +104,12 @@ def _trace(scene: CompiledScene, watch: _Watch, check: Callable[[], None]) -> No
     center = scene.geometry.center
     x, y = (pixel % width + 0.5).astype(np.float64), (pixel // width + 0.5).astype(np.float64)
     origin, direction, t_max = generate_rays(scene.camera, x, y, center, scene.geometry.bounds_radius)
-    tally = Tally()
+    stats = Stats()
     with np.errstate(all="ignore"):
-        media = scene.media.around_camera(origin, direction, lambda: scene.solids, tally)
+        media = scene.media.around_camera(origin, direction, lambda: scene.solids, stats)
         rays = camera_rays(origin, direction, t_max, pixel, media, True, linked=scene.linked_lamps)
-        sums = Sums.zeros(n, 1, scene.settings.cutoff, depth=scene.settings.max_depth)
-        trace_rays(scene, [rays], scene.seen_by_camera, sums, tally, check, watch)
+        sample_buffer = SampleBuffer.zeros(n, 1, scene.settings.cutoff, depth=scene.settings.max_depth)
+        trace_rays(scene, [rays], scene.seen_by_camera, sample_buffer, stats, check, watch)
 
 
 @dataclass(eq=False)

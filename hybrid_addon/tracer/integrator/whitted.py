@@ -18,9 +18,9 @@ from ...scene import Float32
 from ..core.constants import LONGEST_WAVE, MISS
 from ..core.rays import Rays, concatenate, traceable
 from ..core.sampler import Sampler
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import Index, add, count, flatnonzero, largest_component, no_brighter, select, take
-from ..film.samples import Sums
+from ..film.samples import SampleBuffer
 from ..geometry.aggregate import Hits, PrimitiveSet
 from ..prepare.compiled import CompiledScene
 from ..shading.crossings import with_sides
@@ -39,13 +39,13 @@ def trace_rays(
     scene: CompiledScene,
     blocks: Iterable[Rays],
     first_seen: PrimitiveSet,
-    sums: Sums,
-    tally: Tally,
+    sample_buffer: SampleBuffer,
+    stats: Stats,
     check: Callable[[], None],
     watch: Watch | None = None,
     sampler: Sampler | None = None,
 ) -> None:
-    """Follow camera rays to their ends and add what they find to `sums`.
+    """Follow camera rays to their ends and add what they find to `sample_buffer`.
 
     blocks     : of camera rays, each of other samples; one is begun when fewer rays than half of it are left of others.
     first_seen : what camera rays can hit first.   check : called once a wave; raises to stop.   watch : see `Watch`.
@@ -60,12 +60,12 @@ def trace_rays(
         if first is not None:
             rays, size = first, max(size, len(first))
         elif waiting:
-            rays = _joined(waiting, size, sums.count if watch is None else 0)
-            sums.next_generation(rays.sample)
+            rays = _joined(waiting, size, sample_buffer.count if watch is None else 0)
+            sample_buffer.next_generation(rays.sample)
         else:
             return
         check()
-        children = _trace_wave(scene, rays, None if first is None else first_seen, sums, tally, watch, sampler)
+        children = _trace_wave(scene, rays, None if first is None else first_seen, sample_buffer, stats, watch, sampler)
         if len(children):
             waiting.append(children)
 
@@ -74,35 +74,35 @@ def _trace_wave(
     scene: CompiledScene,
     rays: Rays,
     first_seen: PrimitiveSet | None,
-    sums: Sums,
-    tally: Tally,
+    sample_buffer: SampleBuffer,
+    stats: Stats,
     watch: Watch | None,
     sampler: Sampler | None,
 ) -> Rays:
     """Add what rays find, and return those that they spawn. first_seen: what camera rays can hit; None: later ones."""
     # Keep rays that Embree can digest; what a lost one could have brought is part of the error bound.
-    rays = _drop_untraceable(rays, sums, tally)
+    rays = _drop_untraceable(rays, sample_buffer, stats)
 
     # Find the closest hit of each ray.
-    hits = _closest_hits(scene, rays, scene.seen_by_camera if first_seen is None else first_seen, tally)
+    hits = _closest_hits(scene, rays, scene.seen_by_camera if first_seen is None else first_seen, stats)
     hit = hits.prim >= 0
     if first_seen is not None:
         # Of the camera rays only those count that meet something the tracer is to show.
-        rays, hits, hit = _count_camera_rays(scene, rays, hits, hit, sums)
+        rays, hits, hit = _count_camera_rays(scene, rays, hits, hit, sample_buffer)
 
     # Let them see the lamps that are nearer.
     if first_seen is None:
-        add_lamps(scene, rays, hits, sums, tally)
+        add_lamps(scene, rays, hits, sample_buffer, stats)
 
     # Let the solids absorb their share on the way.
     rays = scene.media.absorbed(rays, hits.t, hit)
 
     # Let escaped rays see the world.
-    add_escaped(scene, rays, select(~hit), sums, tally)
+    add_escaped(scene, rays, select(~hit), sample_buffer, stats)
 
     # What the raster shows is lit already: it ends its rays.
-    if scene.backing is not None:
-        hit = add_backed(scene, rays, hits, hit, sums, tally)
+    if scene.screen_space is not None:
+        hit = add_backed(scene, rays, hits, hit, sample_buffer, stats)
 
     # Recompute the hits from the exact geometry.
     chosen = select(hit)
@@ -116,16 +116,16 @@ def _trace_wave(
     at = resolve(scene.geometry, at, found.t)
     at.media = None if scene.media.shadow_absorption is None else rays_hit.media
     at = with_sides(scene.geometry, scene.media, rays_hit, at, found.t)
-    at.lit = None if sums.signatures is None else np.zeros(len(rays_hit), np.uint32)
+    at.lit = None if sample_buffer.signatures is None else np.zeros(len(rays_hit), np.uint32)
     at.draws = None if sampler is None else sampler.draws(rays_hit.sample, rays_hit.path)
 
     # Add emitted and local light.
-    add_light(scene, rays_hit, at, sums, tally)
-    if sums.signatures is not None and at.lit is not None:
-        sums.signatures.add_hits(rays_hit, at.prim, at.entering, at.lit)
+    add_light(scene, rays_hit, at, sample_buffer, stats)
+    if sample_buffer.signatures is not None and at.lit is not None:
+        sample_buffer.signatures.add_hits(rays_hit, at.prim, at.entering, at.lit)
 
     # Spawn at most one reflected and one transmitted ray from each hit.
-    children = concatenate(spawn(scene, rays_hit, at, found.t, sums, tally))
+    children = concatenate(spawn(scene, rays_hit, at, found.t, sample_buffer, stats))
     if watch is not None:
         watch(rays, hits, chosen, at, children)
     return children
@@ -160,29 +160,29 @@ def _parts(rays: Rays, count: int) -> list[Rays]:
     return [rays.take(flatnonzero(part == p)) for p in reversed(np.unique(part).tolist())]
 
 
-def _drop_untraceable(rays: Rays, sums: Sums, tally: Tally) -> Rays:
+def _drop_untraceable(rays: Rays, sample_buffer: SampleBuffer, stats: Stats) -> Rays:
     sound = traceable(rays.origin, rays.direction)
     if sound.all():
         return rays
     lost = rays.take(flatnonzero(~sound))
-    tally.add("dropped", len(lost))
-    sums.add_residual(lost.sample, largest_component(lost.throughput))
+    stats.add("dropped", len(lost))
+    sample_buffer.add_residual(lost.sample, largest_component(lost.throughput))
     return rays.take(flatnonzero(sound))
 
 
-def _closest_hits(scene: CompiledScene, rays: Rays, by_camera: PrimitiveSet, tally: Tally) -> Hits:
+def _closest_hits(scene: CompiledScene, rays: Rays, by_camera: PrimitiveSet, stats: Stats) -> Hits:
     """Nearest hits; camera rays and later rays may see different sets, and camera rays end at the clip plane."""
     later = scene.seen_by_secondary
     if not rays.camera.any():
-        return later.nearest(rays.origin, rays.direction, tally)
+        return later.nearest(rays.origin, rays.direction, stats)
     if by_camera is later or rays.camera.all():
-        hits = by_camera.nearest(rays.origin, rays.direction, tally)
+        hits = by_camera.nearest(rays.origin, rays.direction, stats)
     else:
         n = len(rays)
         hits = Hits(np.empty(n, np.int32), np.empty(n), np.empty((3, n), np.float32), np.empty(n))
         for members, primitives in ((rays.camera, by_camera), (~rays.camera, later)):
             index = flatnonzero(members)
-            part = primitives.nearest(rays.origin[:, index], rays.direction[:, index], tally)
+            part = primitives.nearest(rays.origin[:, index], rays.direction[:, index], stats)
             hits.prim[index], hits.t[index] = part.prim, part.t
             hits.normal[:, index], hits.toward[index] = part.normal, part.toward
     beyond = hits.t > rays.t_max
@@ -191,61 +191,65 @@ def _closest_hits(scene: CompiledScene, rays: Rays, by_camera: PrimitiveSet, tal
 
 
 def _count_camera_rays(
-    scene: CompiledScene, rays: Rays, hits: Hits, hit: NDArray[np.bool_], sums: Sums
+    scene: CompiledScene, rays: Rays, hits: Hits, hit: NDArray[np.bool_], sample_buffer: SampleBuffer
 ) -> tuple[Rays, Hits, NDArray[np.bool_]]:
     """Count the samples that saw something and drop the others."""
-    see = scene.settings.see
-    flagged = hit & scene.geometry.ray_traced.take(hits.prim, mode="wrap") if see != "ALL" and hit.any() else hit
-    if see == "FLAGGED":
-        counts = flagged
+    camera_sees = scene.settings.camera_sees
+    ray_traced = (
+        hit & scene.geometry.ray_traced.take(hits.prim, mode="wrap") if camera_sees != "ALL" and hit.any() else hit
+    )
+    if camera_sees == "RAY_TRACED":
+        counts = ray_traced
     elif scene.settings.transparent:
         counts = hit
     else:
         counts = np.ones(len(rays), bool)
-    if see == "RASTER":
-        counts = counts & ~flagged
-    kept = select(counts)
-    rays = rays.take(kept)
-    sums.add_seen(rays.sample)
-    return rays, hits.take(kept), take(hit, kept)
+    if camera_sees == "RASTER":
+        counts = counts & ~ray_traced
+    cache = select(counts)
+    rays = rays.take(cache)
+    sample_buffer.add_seen(rays.sample)
+    return rays, hits.take(cache), take(hit, cache)
 
 
-def add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sums: Sums, tally: Tally) -> None:
+def add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sample_buffer: SampleBuffer, stats: Stats) -> None:
     """Add the world's radiance; behind a see-through film a ray that passed straight through all sees no world."""
     if count(escaped, len(rays)) == 0:
         return
     gone = rays.take(escaped)
-    if sums.signatures is not None:
-        sums.signatures.add_escaped(gone)
-    if scene.settings.see != "FLAGGED" and scene.settings.transparent and gone.camera.any():
+    if sample_buffer.signatures is not None:
+        sample_buffer.signatures.add_escaped(gone)
+    if scene.settings.camera_sees != "RAY_TRACED" and scene.settings.transparent and gone.camera.any():
         straight = gone.take(select(gone.camera))
-        sums.add_seen(straight.sample, -straight.throughput.max(axis=0))
+        sample_buffer.add_seen(straight.sample, -straight.throughput.max(axis=0))
         gone = gone.take(select(~gone.camera))
-    scene.media.count_lost(gone.media[:, ~gone.camera], tally)
+    scene.media.count_lost(gone.media[:, ~gone.camera], stats)
     if len(gone) and scene.plan.world:
-        sums.add_radiance(gone.sample, gone.throughput * scene.world.seen(gone.direction, gone.camera), gone.branch)
+        sample_buffer.add_radiance(
+            gone.sample, gone.throughput * scene.world.seen(gone.direction, gone.camera), gone.branch
+        )
 
 
 def add_backed(
-    scene: CompiledScene, rays: Rays, hits: Hits, hit: NDArray[np.bool_], sums: Sums, tally: Tally
+    scene: CompiledScene, rays: Rays, hits: Hits, hit: NDArray[np.bool_], sample_buffer: SampleBuffer, stats: Stats
 ) -> NDArray[np.bool_]:
     """Add the raster's own light where rays meet what it shows. Returns the hits (n,) that are left to shade."""
-    assert scene.backing is not None
-    index, radiance = scene.backing.look_up(rays, hits, hit, tally)
+    assert scene.screen_space is not None
+    index, radiance = scene.screen_space.look_up(rays, hits, hit, stats)
     if len(index) == 0:
         return hit
     found = rays.take(index)
     radiance = no_brighter(radiance, scene.arriving.indirect_limit)
-    sums.add_radiance(found.sample, found.throughput * radiance, found.branch)
-    sums.add_backed(found.sample, found.throughput)
-    if sums.signatures is not None:
-        sums.signatures.add_backed(found, hits.prim[index].astype(np.intp), hits.toward[index] < 0)
+    sample_buffer.add_radiance(found.sample, found.throughput * radiance, found.branch)
+    sample_buffer.add_backed(found.sample, found.throughput)
+    if sample_buffer.signatures is not None:
+        sample_buffer.signatures.add_backed(found, hits.prim[index].astype(np.intp), hits.toward[index] < 0)
     left = hit.copy()
     left[index] = False
     return left
 
 
-def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tally: Tally) -> None:
+def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sample_buffer: SampleBuffer, stats: Stats) -> None:
     """Add what the hits of the rays emit, and the light that they get from the lights and the world, rough glass also
     from behind."""
     table = at.table
@@ -261,21 +265,25 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sums: Sums, tal
             seen.cut = np.zeros(len(seen.prim), bool)
             local, sample = seen.value("local"), take(rays.sample, shaded)
             weight = take(rays.throughput, shaded) * local
-            cut = None if sums.unlit is None or not scene.plan.faint else partial(_cut_light, weight, sample, sums)
-            sent.append((shaded, local * local_radiance(scene, seen, tally, cut)))
+            cut = (
+                None
+                if sample_buffer.unlit is None or not scene.plan.faint
+                else partial(_cut_light, weight, sample, sample_buffer)
+            )
+            sent.append((shaded, local * local_radiance(scene, seen, stats, cut)))
             if seen.cut.any():
                 lost = flatnonzero(seen.cut)
-                sums.add_residual(sample[lost], largest_component(weight[:, lost]))
+                sample_buffer.add_residual(sample[lost], largest_component(weight[:, lost]))
             if at.lit is not None and seen.lit is not None:
                 at.lit[shaded] = seen.lit
     if scene.plan.rough and scene.plan.specular:
-        sent += through_rough_glass(scene, rays, at, tally)
+        sent += through_rough_glass(scene, rays, at, stats)
     dimming = _dimming(scene, rays, sent)
     for index, radiance in sent:
         weighted = take(rays.throughput, index) * radiance
         if dimming is not None:
             weighted *= take(dimming, index)
-        sums.add_radiance(take(rays.sample, index), weighted, take(rays.branch, index))
+        sample_buffer.add_radiance(take(rays.sample, index), weighted, take(rays.branch, index))
 
 
 def _dimming(scene: CompiledScene, rays: Rays, sent: list[tuple[Index, Float32]]) -> Float32 | None:
@@ -291,6 +299,8 @@ def _dimming(scene: CompiledScene, rays: Rays, sent: list[tuple[Index, Float32]]
     return np.where(too_bright, np.float32(limit) / np.maximum(brightest, np.float32(limit)), np.float32(1))
 
 
-def _cut_light(weight: Float32, sample: NDArray[np.intp], sums: Sums, share: Float32) -> NDArray[np.intp]:
+def _cut_light(
+    weight: Float32, sample: NDArray[np.intp], sample_buffer: SampleBuffer, share: Float32
+) -> NDArray[np.intp]:
     """Which hits do without a light that brings them shares (3, n) of what a white wall would send on."""
-    return sums.cut_light(sample, largest_component(weight * share))
+    return sample_buffer.cut_light(sample, largest_component(weight * share))

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from ...scene import Float32, Float64
 from ..core.constants import MAX_PROBE_CROSSINGS, RANK_BITS
 from ..core.rays import Rays, offset_origin, origin_offset, traceable
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import flatnonzero, signs
 from ..geometry.aggregate import PrimitiveSet
 from .near import Near
@@ -143,7 +143,7 @@ class Media:
             np.minimum(lowest, np.where(out, vacuum, rank) if out.any() else rank, out=lowest)
         return lowest, (own >= lowest) | within
 
-    def cross(self, stack: Stack, prim: Numbers, entering: Bools, tally: Tally) -> Stack:
+    def cross(self, stack: Stack, prim: Numbers, entering: Bools, stats: Stats) -> Stack:
         """The stack behind an interface. What finds no room, or is too deep in one solid, loses its medium."""
         if self.rows == 0:
             return stack
@@ -157,13 +157,13 @@ class Media:
             lost = here & (np.abs((row >> RANK_BITS) + 1) >= DEEPEST)
             new = row + np.where(lost, np.int32(0), step)
             np.copyto(row, np.where(new >> RANK_BITS == -1, nothing, new), where=here)
-            tally.add("lost_media", np.count_nonzero(lost))
+            stats.add("lost_media", np.count_nonzero(lost))
         new = np.where(entering, own, own - AGAIN - AGAIN)
         for row in result:
             here = pending & (row == nothing)
             np.copyto(row, new, where=here)
             pending &= ~here
-        tally.add("lost_media", np.count_nonzero(pending))
+        stats.add("lost_media", np.count_nonzero(pending))
         return result
 
     def absorbed(self, rays: Rays, t: Float64, hit: Bools) -> Rays:
@@ -173,13 +173,13 @@ class Media:
         left = transmittance(self.absorption, rays.media, np.where(hit, t, 0.0))
         return replace(rays, throughput=(rays.throughput * left).astype(np.float32))
 
-    def count_lost(self, stack: Stack, tally: Tally) -> None:
+    def count_lost(self, stack: Stack, stats: Stats) -> None:
         """Count rays that leave the scene from within a solid."""
         if self.rows:
-            tally.add("lost_media", np.count_nonzero((stack != self.count).any(axis=0)))
+            stats.add("lost_media", np.count_nonzero((stack != self.count).any(axis=0)))
 
     def around_camera(
-        self, origin: Float32, direction: Float32, solids: Callable[[], PrimitiveSet], tally: Tally
+        self, origin: Float32, direction: Float32, solids: Callable[[], PrimitiveSet], stats: Stats
     ) -> Stack:
         """The stack (rows, n) at the start of camera rays: signed crossings along the ray backwards, solid by solid.
 
@@ -194,7 +194,7 @@ class Media:
         low, high = start.min(axis=1, initial=np.inf), start.max(axis=1, initial=-np.inf)
         if not self.meet(low, high):
             return stack
-        ray, solid, sign = self._crossings(origin[:, sound], -direction[:, sound], solids(), tally)
+        ray, solid, sign = self._crossings(origin[:, sound], -direction[:, sound], solids(), stats)
         ray = sound[ray]
         pairs, inverse = np.unique(ray * (self.count + 1) + solid, return_inverse=True)
         depth = np.bincount(inverse.reshape(-1), sign, minlength=len(pairs)).astype(np.intp)
@@ -210,13 +210,13 @@ class Media:
         stack[row[fits], ray[fits]] = rows[fits]
 
     def _crossings(
-        self, origin: Float32, direction: Float32, solids: PrimitiveSet, tally: Tally
+        self, origin: Float32, direction: Float32, solids: PrimitiveSet, stats: Stats
     ) -> tuple[Numbers, Numbers, Float64]:
         """Every crossing of rays with solids: the ray, the rank of the solid, +1 for leaving and -1 for entering."""
         rays, ranks, signs = [np.zeros(0, np.intp)], [np.zeros(0, np.intp)], [np.zeros(0)]
         active = np.arange(origin.shape[1])
         for _ in range(MAX_PROBE_CROSSINGS):
-            hits = solids.nearest(origin, direction, tally)
+            hits = solids.nearest(origin, direction, stats)
             chosen = flatnonzero(hits.prim >= 0)
             if len(chosen) == 0:
                 break

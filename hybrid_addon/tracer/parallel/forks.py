@@ -2,7 +2,7 @@
 
 A numpy call holds the lock only to begin and to end, but a portion makes thousands. Two threads lose a fifth to handing
 the lock over, and with more than some four that takes longer than the work. A forked process has an interpreter of its
-own and all that the parent had made ready, Embree's trees too, without a copy. What it finds it adds to the totals,
+own and all that the parent had prepared, Embree's trees too, without a copy. What it finds it adds to the totals,
 which lie in shared memory; what it counted it says in one line for each job.
 
 Only for Linux. A fork has one thread, and what the others held stays held in it: glibc and Python mend their own
@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ...clock import used_elsewhere
-from ..core.stats import Tally
+from ..core.stats import Stats
 
 AVAILABLE = sys.platform == "linux"
 
@@ -45,7 +45,7 @@ KEPT_MEMORY = {-1: 1 << 30, -3: 1 << 25}
 """glibc's M_TRIM_THRESHOLD and M_MMAP_THRESHOLD of a child: what it frees it keeps. To be given memory that it has just
 given back would take up to a tenth of its time."""
 
-Work = Callable[[bytes], tuple[Tally, bool]]
+Work = Callable[[bytes], tuple[Stats, bool]]
 """Does a job: what was counted, and whether it came to its end."""
 
 _mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if AVAILABLE else None  # not every Linux has glibc
@@ -71,11 +71,11 @@ class Answer(NamedTuple):
     """To the job of this number. done: whether it came to its end; None: it failed."""
 
     number: int
-    tally: Tally
+    stats: Stats
     done: bool | None
 
 
-class Forks:
+class ForkPool:
     """Processes that do jobs until they are told that there are no more.
 
     Their end takes longer than the call that asks for it: giving the memory of a large process back takes 10 ms and
@@ -90,8 +90,8 @@ class Forks:
         self._answers, answers_in = os.pipe()
         self._text = b""
         self._at = shared_zeros((number, 2), np.int64)  # of each process the system's number, and its job's + 1
-        for job in first:
-            self.give(job)
+        for task in first:
+            self.give(task)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # forks beside threads: see the head of this file
             place, self._children = _fork(number)
@@ -101,10 +101,10 @@ class Forks:
         os.close(jobs_out)
         os.close(answers_in)
 
-    def give(self, job: bytes) -> None:
+    def give(self, task: bytes) -> None:
         """Ask for a job."""
         with contextlib.suppress(BrokenPipeError):  # all processes are gone: `answers` tells
-            os.write(self._jobs, job)
+            os.write(self._jobs, task)
 
     def answers(self, patience: float) -> list[Answer] | None:
         """Jobs that were done, waiting for up to `patience` seconds; None: all processes have ended."""
@@ -115,13 +115,13 @@ class Forks:
             return None
         *lines, self._text = (self._text + text).split(b"\n")
         found = [_answer(line) for line in lines]
-        used_elsewhere(sum(sum(answer.tally.cpu.values()) for answer in found))
+        used_elsewhere(sum(sum(answer.stats.cpu.values()) for answer in found))
         return found
 
     def lost(self) -> dict[int, int]:
         """Number of each job whose process is no more -> the signal that ended it."""
-        at_work = [(process, job - 1) for process, job in self._at.tolist() if process and job]
-        return {job: number for process, job in at_work if (number := _ended_by(process))}
+        at_work = [(process, task - 1) for process, task in self._at.tolist() if process and task]
+        return {task: number for process, task in at_work if (number := _ended_by(process))}
 
     def end(self, kill: bool = False) -> None:
         """No more jobs; `kill` those that are at work. To be called once."""
@@ -189,10 +189,10 @@ def _serve(jobs: int, answers: int, record: int, work: Work, at: NDArray[np.int6
             for parameter, value in KEPT_MEMORY.items():
                 _mallopt(parameter, value)
         at[0] = os.getpid()
-        while len(job := os.read(jobs, record)) == record:
-            number = int.from_bytes(job[:NUMBER], "little")
+        while len(task := os.read(jobs, record)) == record:
+            number = int.from_bytes(task[:NUMBER], "little")
             at[1] = number + 1
-            os.write(answers, _line(number, work, job))
+            os.write(answers, _line(number, work, task))
             at[1] = 0
         os.close(answers)
         _fetch(children)
@@ -200,22 +200,22 @@ def _serve(jobs: int, answers: int, record: int, work: Work, at: NDArray[np.int6
         os._exit(0)
 
 
-def _line(number: int, work: Work, job: bytes) -> bytes:
+def _line(number: int, work: Work, task: bytes) -> bytes:
     """What is answered."""
     failed = json.dumps([number, None, {}, {}, {}]).encode() + b"\n"
     try:
-        tally, done = work(job)
+        stats, done = work(task)
     except Exception:
         return failed
-    counted = [number, done, tally.counts, tally.wall, tally.cpu]
+    counted = [number, done, stats.counts, stats.wall, stats.cpu]
     line = json.dumps(counted, separators=(",", ":")).encode() + b"\n"
     return line if len(line) <= LONGEST_LINE else failed
 
 
 def _answer(line: bytes) -> Answer:
     number, done, counts, wall, cpu = json.loads(line)
-    tally = Tally()
-    tally.counts.update(counts)
-    tally.wall.update(wall)
-    tally.cpu.update(cpu)
-    return Answer(number, tally, done)
+    stats = Stats()
+    stats.counts.update(counts)
+    stats.wall.update(wall)
+    stats.cpu.update(cpu)
+    return Answer(number, stats, done)

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ...scene import Settings
-from ..core.stats import Tally
-from .forks import AVAILABLE, ForkKilled, Forks, shared_zeros
+from ..core.stats import Stats
+from .forks import AVAILABLE, ForkKilled, ForkPool, shared_zeros
 
 POLL_SECONDS = 0.1
 """How often the caller hears of progress, and may cancel."""
@@ -42,11 +42,11 @@ SLOTS = 1 << 12
 Zeros = Callable[[tuple[int, ...], DTypeLike], NDArray[Any]]
 """Makes arrays of zeros: `zeros_for` those that all who work write to as one."""
 
-Finished = Callable[[Tally], None]
+Finished = Callable[[Stats], None]
 Watch = Callable[[], None]
 
 
-class Job(NamedTuple):
+class Task(NamedTuple):
     """What to do with numbers `start` to `stop` on the board: see `Passes`. number: its own, in one piece of work."""
 
     number: int
@@ -62,18 +62,18 @@ class Job(NamedTuple):
 
 RECORD = Struct("<qqqiii??d")
 
-Do = Callable[[Job], tuple[Tally, bool]]
+Do = Callable[[Task], tuple[Stats, bool]]
 """Does a job: what was counted, and whether it came to its end in time."""
 
 
-def wished(settings: Settings) -> int:
+def wanted_workers(settings: Settings) -> int:
     """How many are to work at once."""
     return settings.threads or os.cpu_count() or 1
 
 
 def workers(settings: Settings) -> int:
     """How many threads work at once."""
-    return min(wished(settings), MOST_THREADS)
+    return min(wanted_workers(settings), MOST_THREADS)
 
 
 def has_forks(settings: Settings) -> bool:
@@ -86,7 +86,7 @@ def zeros_for(settings: Settings) -> Zeros:
     return shared_zeros if has_forks(settings) else np.zeros
 
 
-class Crew:
+class WorkerPool:
     """Does jobs, those of one piece of work after those of another.
 
     forks : there may be processes.   begun : (SLOTS,) how far jobs have come, for `slot`.
@@ -98,11 +98,11 @@ class Crew:
         self.forks = has_forks(settings)
         self.stop = threading.Event()
         self.begun = zeros_for(settings)((SLOTS,), np.int64)
-        self._processes: Forks | None = None
+        self._processes: ForkPool | None = None
 
-    def slot(self, job: Job) -> NDArray[np.int64]:
+    def slot(self, task: Task) -> NDArray[np.int64]:
         """(1,) where to note how far it has come."""
-        place = job.number % SLOTS
+        place = task.number % SLOTS
         return self.begun[place : place + 1]
 
     def so_far(self) -> int:
@@ -118,7 +118,7 @@ class Crew:
         """How many work at once on what needs no new process."""
         return workers(self._settings) if self._processes is None else self._processes.number
 
-    def run(self, do: Do, jobs: Sequence[Job], forked: bool, finished: Finished, watch: Watch) -> bool:
+    def run(self, do: Do, jobs: Sequence[Task], forked: bool, finished: Finished, watch: Watch) -> bool:
         """Do them all; whether all came to their end in time.
 
         do     : always the same. Processes know what it did when they were started: for the first work for some.
@@ -126,7 +126,7 @@ class Crew:
         """
         self.begun[:] = 0
         left, in_time = list(jobs), True
-        wanted = min(wished(self._settings), len(jobs)) if forked else 0
+        wanted = min(wanted_workers(self._settings), len(jobs)) if forked else 0
         if wanted or self._processes is not None:
             try:
                 left, in_time = self._over_processes(wanted, do, left, finished, watch)
@@ -141,22 +141,22 @@ class Crew:
             self._processes.end(kill)
             self._processes = None
 
-    def _over_threads(self, do: Do, jobs: list[Job], finished: Finished, watch: Watch) -> bool:
+    def _over_threads(self, do: Do, jobs: list[Task], finished: Finished, watch: Watch) -> bool:
         """Do jobs; whether all came to their end in time."""
         threads, in_time, waiting = workers(self._settings), True, iter(jobs)
-        pending: set[Future[tuple[Tally, bool]]] = set()
+        pending: set[Future[tuple[Stats, bool]]] = set()
         with ThreadPoolExecutor(threads, thread_name_prefix="hybrid-tracer") as pool:
             try:
                 # A short queue: cancelling must not wait for jobs that nobody has begun.
                 while True:
-                    while in_time and len(pending) < 2 * threads and (job := next(waiting, None)) is not None:
-                        pending.add(pool.submit(do, job))
+                    while in_time and len(pending) < 2 * threads and (task := next(waiting, None)) is not None:
+                        pending.add(pool.submit(do, task))
                     if not pending:
                         return in_time
                     complete, pending = wait(pending, POLL_SECONDS, FIRST_COMPLETED)
                     for future in complete:
-                        tally, ended = future.result()
-                        finished(tally)
+                        stats, ended = future.result()
+                        finished(stats)
                         in_time &= ended
                     watch()
             except BaseException:
@@ -164,8 +164,8 @@ class Crew:
                 raise
 
     def _over_processes(
-        self, wanted: int, do: Do, jobs: list[Job], finished: Finished, watch: Watch
-    ) -> tuple[list[Job], bool]:
+        self, wanted: int, do: Do, jobs: list[Task], finished: Finished, watch: Watch
+    ) -> tuple[list[Task], bool]:
         """Do jobs; which are left, because they failed, and whether the others were in time.
 
         wanted : processes at least; 0: those that are there.
@@ -175,25 +175,25 @@ class Crew:
         ahead, waiting = jobs[: 2 * number], iter(jobs[2 * number :])
         if processes is None or processes.number < wanted:
             self.end()
-            processes = Forks(wanted, RECORD.size, partial(_do_record, do), (RECORD.pack(*job) for job in ahead))
+            processes = ForkPool(wanted, RECORD.size, partial(_do_record, do), (RECORD.pack(*task) for task in ahead))
             self._processes = processes
         else:
-            for job in ahead:
-                processes.give(RECORD.pack(*job))
-        asked, in_time = {job.number: job for job in ahead}, True
-        failed: list[Job] = []
+            for task in ahead:
+                processes.give(RECORD.pack(*task))
+        asked, in_time = {task.number: task for task in ahead}, True
+        failed: list[Task] = []
         seen, since = 0, time.perf_counter()
         while asked:
             answers = processes.answers(POLL_SECONDS)
             if answers is None:  # there are none
                 self.end()
                 return [*failed, *asked.values(), *waiting], in_time
-            for number, tally, done in answers:
-                job = asked.pop(number)
+            for number, stats, done in answers:
+                task = asked.pop(number)
                 if done is None:
-                    failed.append(job)
+                    failed.append(task)
                 else:
-                    finished(tally)
+                    finished(stats)
                     in_time &= done
                 following = next(waiting, None) if in_time else None
                 if following is not None:
@@ -207,11 +207,11 @@ class Crew:
             so_far = self.so_far()
             if answers or so_far != seen:
                 seen, since = so_far, time.perf_counter()
-            elif time.perf_counter() - since > SLOW_START and not any(self.slot(job)[0] for job in asked.values()):
+            elif time.perf_counter() - since > SLOW_START and not any(self.slot(task)[0] for task in asked.values()):
                 self.end(kill=True)  # none of them has added anything yet
                 return [*failed, *asked.values(), *waiting], in_time
         return failed if in_time else [], in_time
 
 
-def _do_record(do: Do, record: bytes) -> tuple[Tally, bool]:
-    return do(Job(*RECORD.unpack(record)))
+def _do_record(do: Do, record: bytes) -> tuple[Stats, bool]:
+    return do(Task(*RECORD.unpack(record)))

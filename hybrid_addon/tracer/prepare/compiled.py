@@ -1,4 +1,4 @@
-"""A scene made ready to trace: recentred geometry, tables, lights, and one primitive set for each kind of ray."""
+"""A scene prepared to trace: recentred geometry, tables, lights, and one primitive set for each kind of ray."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Camera, Scene, Settings
-from ..core.cache import MADE_READY, Kept
+from ..core.cache import PREPARED, SceneCache
 from ..core.camera import near_plane
 from ..core.constants import MIRROR_ROUGHNESS
 from ..emitters.lights import CompiledLight
-from ..emitters.raster import Backing
+from ..emitters.screen_space import ScreenSpaceLookup
 from ..geometry.aggregate import PrimitiveSet
 from ..geometry.trees import divides
 from .plan import Plan, prepare
 
 
-class Blockers(NamedTuple):
+class ShadowCasters(NamedTuple):
     """What stands in the way of a light.
 
     casts  : all of it, but for what changes no light.
@@ -50,14 +50,14 @@ class CompiledScene:
         self,
         scene: Scene,
         settings: Settings,
-        kept: Kept | None = None,
+        cache: SceneCache | None = None,
         pixels: int | None = None,
         once: bool = False,
     ) -> None:
         """kept: what an earlier frame has left, and what this one leaves. pixels: to be traced; None: all.
         once: for one picture with this camera and these settings, so that what no ray of it meets is left out."""
         self.settings, self.arriving = settings, scene.arriving
-        self._kept = Kept(0) if kept is None or "unchanged" in settings.keep else kept
+        self._kept = SceneCache(0) if cache is None or "unchanged" in settings.keep else cache
         self._kept.begin(sum(len(scene.meshes[i.mesh].triangles) for i in scene.instances))
         prepared = prepare(scene, settings, self._kept, once)
         self.camera = prepared.camera
@@ -77,7 +77,7 @@ class CompiledScene:
         self._sets: dict[bytes, PrimitiveSet] = {}
         self._lock = threading.Lock()
         self._make_sets()
-        self.backing = self._backing(scene) if self.plan.backing else None
+        self.screen_space = self._backing(scene) if self.plan.screen_space else None
         self._note_kept()
 
     def _make_sets(self) -> None:
@@ -99,16 +99,16 @@ class CompiledScene:
         if self.media.shadow_absorption is not None:
             clear = clear & (self.media.rank == self.media.count)  # even a clear solid displaces one that absorbs
 
-        def blockers(members: NDArray[np.bool_], hollow: NDArray[np.bool_] | None = None) -> Blockers:
+        def blockers(members: NDArray[np.bool_], hollow: NDArray[np.bool_] | None = None) -> ShadowCasters:
             members = members & ~clear
             seen = self._lit(members).backwards()  # shadow rays go against the light
-            return Blockers(seen, opaque, bool((members & ~opaque).any()), hollow)
+            return ShadowCasters(seen, opaque, bool((members & ~opaque).any()), hollow)
 
         self._blockers = blockers(casts if self.plan.shadows else np.zeros_like(casts))
         linked = [(light.key, light.blocks) for light in (*self.lights, *self.lamps) if light.blocks is not None]
         self._linked = {int(key): blockers(casts & blocks, self.media.bounded_by(~blocks)) for key, blocks in linked}
 
-    def blockers(self, light: CompiledLight) -> Blockers:
+    def blockers(self, light: CompiledLight) -> ShadowCasters:
         """What casts shadows in the light of a lamp."""
         return self._blockers if light.blocks is None else self._linked[int(light.key)]
 
@@ -118,14 +118,14 @@ class CompiledScene:
             return self.geometry.shadow & light.blocks
         return None if self._all_cast else self.geometry.shadow
 
-    def _backing(self, scene: Scene) -> Backing | None:
+    def _backing(self, scene: Scene) -> ScreenSpaceLookup | None:
         """What raster-backed hits are looked up in."""
         if scene.raster is None:
             return None
         g = self.geometry
         veils = g.camera & ~g.ray_traced & self.surfaces.transmits[g.surface]
         seen = self._set(veils).backwards()  # asked from what is seen to the eye
-        return Backing(scene.camera, scene.raster, self.settings.filter_radius, g, self.surfaces, seen)
+        return ScreenSpaceLookup(scene.camera, scene.raster, self.settings.filter_radius, g, self.surfaces, seen)
 
     def _set(self, members: NDArray[np.bool_]) -> PrimitiveSet:
         """What of the primitives `members` (np,) is to be seen."""
@@ -147,27 +147,29 @@ class CompiledScene:
         what = self._kept.found
         found = [{"what": w, "why": "unchanged since the last frame", "count": n} for w, n in what.items() if n]
         self.plan.applies["unchanged"] = bool(found)
-        self.plan.saved["unchanged"] = what[MADE_READY]
+        self.plan.saved["unchanged"] = what[PREPARED]
         self.plan.skipped.extend(found)
 
     def seen_from(self, camera: Camera, settings: Settings) -> CompiledScene:
         """The same scene for another camera and other samples, depth or cutoff; `see` and `transparent` must agree, and
-        it must not have been made ready to be used `once`."""
+        it must not have been prepared to be used `once`."""
         other = copy.copy(self)
         other.camera, other.settings = camera, settings
         return other
 
     def raster_view(self, shadowed: bool) -> CompiledScene:
-        """What a rasteriser draws: all but the flagged objects, with the shadows that these cast on it or without.
+        """What a rasteriser draws: all but the ray traced objects, with the shadows that these cast on it or without.
 
         With photons, no shadow ray goes through what they are to bend.
         """
-        other = self.seen_from(self.camera, replace(self.settings, see="RASTER", adaptive=0.0, passes=frozenset()))
+        other = self.seen_from(
+            self.camera, replace(self.settings, camera_sees="RASTER", adaptive=0.0, passes=frozenset())
+        )
         g = self.geometry
         other.seen_by_camera = self._set(g.camera & ~g.ray_traced)
         secondary = g.secondary & ~g.ray_traced
         other.seen_by_secondary = self._set(secondary if self.plan.secondary else np.zeros_like(secondary))
-        other.backing = other.occluders = None  # the raster is what is being worked out
+        other.screen_space = other.occluders = None  # the raster is what is being worked out
         bends = g.ray_traced & self.surfaces.refracts[g.surface]
         blocks = bends if self.settings.caustics == "PHOTONS" else np.zeros_like(bends)
         if blocks.any() or not shadowed:
@@ -177,8 +179,8 @@ class CompiledScene:
     def photon_targets(self) -> tuple[PrimitiveSet, PrimitiveSet]:
         """What photons are sent to, and all that they may meet on their ways from there."""
         g = self.geometry
-        casters = g.shadow & g.ray_traced
-        return self._lit(casters), self._lit(casters | ((g.shadow | g.camera) & ~g.ray_traced))
+        caster_bounds = g.shadow & g.ray_traced
+        return self._lit(caster_bounds), self._lit(caster_bounds | ((g.shadow | g.camera) & ~g.ray_traced))
 
     @cached_property
     def solids(self) -> PrimitiveSet:
@@ -187,8 +189,8 @@ class CompiledScene:
             return self._set(self._solid)
 
     @cached_property
-    def flagged_only(self) -> PrimitiveSet:
-        """What camera rays see when everything that is not flagged steps aside; built when first asked for."""
+    def ray_traced_only(self) -> PrimitiveSet:
+        """What camera rays see when everything that is not ray traced steps aside; built when first asked for."""
         with self._lock:
             return self._set(self.geometry.camera & self.geometry.ray_traced)
 

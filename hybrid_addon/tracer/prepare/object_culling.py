@@ -1,7 +1,7 @@
-"""Objects that no ray can meet, found out before they are made ready.
+"""Objects that no ray can meet, found out before they are prepared.
 
-Where nothing bends light or lets it through, rays go in few ways: from the camera to the flagged objects, from there to
-the lights, and from flat mirrors to what these show. A way is a box that moves and grows evenly; what none of them
+Where nothing bends light or lets it through, rays go in few ways: from the camera to the ray traced objects, from there
+to the lights, and from flat mirrors to what these show. A way is a box that moves and grows evenly; what none of them
 touches could be anywhere else and change nothing. Behind glass, in curved mirrors and between mirrors rays go
 everywhere, and everything is needed.
 """
@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import AreaLight, Camera, Float64, Instance, Light, Scene, Settings, Sphere, SunLight
-from ..core.cache import Kept
+from ..core.cache import SceneCache
 from ..core.constants import FLAT, LEAST_RADIUS, MANY_WAYS, MOST_FACETS, NEAR_MARGIN
 from ..emitters.lights import disk_of_ball
 from ..emitters.world import CompiledWorld
-from ..geometry.instances import Batch, batches_of, bounds_of_batch, shapes_of
+from ..geometry.instances import MeshInstances, bounds_of_batch, mesh_instances_of, shapes_of
 from ..materials.surfaces import SurfaceTable
 
 Bools = NDArray[np.bool_]
@@ -29,7 +29,7 @@ OUTWARD = np.array([[-1.0], [1.0]])
 
 
 @dataclass(frozen=True, eq=False)
-class Ways:
+class SweptBoxes:
     """Where rays can be: in boxes (b, 2, 3) that move with speeds (b, 2, 3) of their two corners, from 0 to `until`.
 
     Of rays from one box to another that is exactly the convex hull of both.
@@ -59,29 +59,31 @@ def _narrow(begin: Float64, end: Float64, speed: Float64, room: Float64) -> None
     np.copyto(end, -np.inf, where=(speed == 0) & (room < 0))
 
 
-def unmet(scene: Scene, settings: Settings, table: SurfaceTable, world: CompiledWorld, kept: Kept) -> frozenset[int]:
+def unmet(
+    scene: Scene, settings: Settings, table: SurfaceTable, world: CompiledWorld, cache: SceneCache
+) -> frozenset[int]:
     """Numbers of the instances that no ray can meet; none where that is not easily said. table, world: the scene's."""
     none: frozenset[int] = frozenset()
     things: tuple[Instance | Sphere, ...] = (*scene.instances, *scene.spheres)
-    worn = [list(t.surfaces) if isinstance(t, Instance) else [t.surface] for t in things]
-    if settings.see != "FLAGGED" or settings.raster_shadows or scene.planes or not worn:
+    assigned = [list(t.surfaces) if isinstance(t, Instance) else [t.surface] for t in things]
+    if settings.camera_sees != "RAY_TRACED" or settings.raster_shadows or scene.planes or not assigned:
         return none
-    if table.transmits[sorted(set().union(*worn))].any():
+    if table.transmits[sorted(set().union(*assigned))].any():
         return none
-    boxes = _boxes(scene, kept)
+    boxes = _boxes(scene, cache)
     there = (boxes[:, 0] <= boxes[:, 1]).all(axis=1)
     camera, shadow, secondary = (
         np.array([getattr(t.visibility, kind) for t in things]) for kind in ("camera", "shadow", "secondary")
     )
-    flagged = np.array([t.ray_traced for t in things])
-    first = there & flagged & camera
+    ray_traced = np.array([t.ray_traced for t in things])
+    first = there & ray_traced & camera
     if not first.any():
         return none
     # Rays are rounded, and start a little off surfaces.
     others = _grown(boxes, NEAR_MARGIN * np.max(np.abs(boxes[there])))
 
     met = camera & _any(_from_camera(_few(boxes[first]), scene.camera), others)
-    lit, mirrors = first, np.array([table.reflects[surfaces].any() for surfaces in worn])
+    lit, mirrors = first, np.array([table.reflects[surfaces].any() for surfaces in assigned])
     if settings.max_depth > 0 and (first & mirrors).any():
         shown = _shown(scene, settings, table, np.flatnonzero(first & mirrors), boxes, others)
         if shown is None or (settings.max_depth > 1 and (shown & secondary & mirrors).any()):
@@ -93,20 +95,20 @@ def unmet(scene: Scene, settings: Settings, table: SurfaceTable, world: Compiled
             met = met | (shadow & _any(_to_light(starts, light), others))
     if settings.occlusion_samples > 0 and world.gives_light:
         near = _grown(starts, settings.occlusion_distance)
-        met = met | (secondary & _any(Ways(near, np.zeros_like(near), 0.0), others))
-    needless = there & ~flagged & ~lit & ~met
+        met = met | (secondary & _any(SweptBoxes(near, np.zeros_like(near), 0.0), others))
+    needless = there & ~ray_traced & ~lit & ~met
     return frozenset(np.flatnonzero(needless[: len(scene.instances)]).tolist())
 
 
-def _any(ways: Ways, others: Float64) -> Bools:
+def _any(ways: SweptBoxes, others: Float64) -> Bools:
     return np.asarray(ways.touch(others).any(axis=0))
 
 
-def _boxes(scene: Scene, kept: Kept) -> Float64:
+def _boxes(scene: Scene, cache: SceneCache) -> Float64:
     """(k, 2, 3) around instances, then spheres; of those without geometry the low corner is above the high one."""
     boxes = np.broadcast_to(np.array([[np.inf] * 3, [-np.inf] * 3]), (len(scene.instances), 2, 3)).copy()
-    for batch in batches_of(scene):
-        boxes[batch.numbers] = bounds_of_batch(batch, kept)
+    for batch in mesh_instances_of(scene):
+        boxes[batch.numbers] = bounds_of_batch(batch, cache)
     balls = np.array([(s.center, s.center) for s in scene.spheres], np.float64).reshape(-1, 2, 3)
     return np.concatenate([boxes, _grown(balls, np.array([s.radius for s in scene.spheres]))])
 
@@ -146,19 +148,19 @@ def _directions(boxes: Float64, camera: Camera) -> Float64:
     return np.broadcast_to(slope * OUTWARD - np.asarray(camera.matrix_world, np.float64)[:3, 2], boxes.shape)
 
 
-def _from_camera(boxes: Float64, camera: Camera) -> Ways:
+def _from_camera(boxes: Float64, camera: Camera) -> SweptBoxes:
     """Camera rays that meet boxes (b, 2, 3), from there on back."""
     if camera.projection == "PERSP":
-        return Ways(boxes, _eyes(camera) - boxes, 1.0)
-    return Ways(boxes, -_directions(boxes, camera)[:, ::-1], np.inf)
+        return SweptBoxes(boxes, _eyes(camera) - boxes, 1.0)
+    return SweptBoxes(boxes, -_directions(boxes, camera)[:, ::-1], np.inf)
 
 
-def _to_light(boxes: Float64, light: Light) -> Ways:
+def _to_light(boxes: Float64, light: Light) -> SweptBoxes:
     """Shadow rays from boxes (b, 2, 3), to all places that `lights.offset_on_light` knows."""
     if isinstance(light, SunLight):
         direction = np.asarray(light.direction, np.float64)
         disk = direction / np.sqrt((direction**2).sum()) + abs(np.tan(light.angle / 2)) * OUTWARD
-        return Ways(boxes, np.broadcast_to(disk, boxes.shape), np.inf)
+        return SweptBoxes(boxes, np.broadcast_to(disk, boxes.shape), np.inf)
     place = np.asarray(light.position, np.float64)
     if isinstance(light, AreaLight):
         reach = np.abs([light.axis_u, light.axis_v]).sum(axis=0) * OUTWARD
@@ -168,7 +170,7 @@ def _to_light(boxes: Float64, light: Light) -> Ways:
         gap = np.maximum(np.maximum(boxes[:, 0] - place, place - boxes[:, 1]), 0.0)
         d2 = np.maximum((gap**2).sum(axis=1), LEAST_RADIUS)
         reach = disk_of_ball(light.radius, d2)[:, None, None] * OUTWARD
-    return Ways(boxes, place + reach - boxes, 1.0)
+    return SweptBoxes(boxes, place + reach - boxes, 1.0)
 
 
 def _shown(
@@ -178,10 +180,10 @@ def _shown(
     None: they are not flat."""
     if len(mirrors) > MANY_WAYS or np.max(mirrors) >= len(scene.instances):
         return None
-    worn = sorted({s for m in mirrors.tolist() for s in scene.instances[m].surfaces})
-    bumpy = any(table.surfaces[s].normal is not None for s in worn)
+    assigned = sorted({s for m in mirrors.tolist() for s in scene.instances[m].surfaces})
+    bumpy = any(table.surfaces[s].normal is not None for s in assigned)
     normals = [_normal(scene, m) for m in mirrors.tolist()]
-    if bumpy or (settings.rough_samples > 0 and table.rough[worn].any()) or any(n is None for n in normals):
+    if bumpy or (settings.rough_samples > 0 and table.rough[assigned].any()) or any(n is None for n in normals):
         return None
     n = np.array(normals)
     low, high = _directions(boxes[mirrors], scene.camera).transpose(1, 0, 2)
@@ -189,7 +191,7 @@ def _shown(
     middle = np.einsum("mij,mj->mi", turn, (low + high) / 2)
     spread = np.einsum("mij,mj->mi", np.abs(turn), (high - low) / 2)
     spread += 8 * FLAT * np.maximum(np.abs(low), np.abs(high)).max(axis=1, keepdims=True)
-    ways = Ways(boxes[mirrors], np.stack([middle - spread, middle + spread], axis=1), np.inf)
+    ways = SweptBoxes(boxes[mirrors], np.stack([middle - spread, middle + spread], axis=1), np.inf)
     touched = ways.touch(others)
     touched[np.arange(len(mirrors)), mirrors] = False  # what is flat does not see itself
     return np.asarray(touched.any(axis=0))
@@ -203,7 +205,7 @@ def _normal(scene: Scene, number: int) -> Float64 | None:
         return None
     matrix = np.asarray(instance.matrix_world, np.float64)
     first = matrix[:3, :3] @ mesh.vertices[mesh.triangles[0, 0]].astype(np.float64) + matrix[:3, 3]
-    (shape,) = shapes_of([Batch(mesh, [instance], [number], matrix[None])], first, True)
+    (shape,) = shapes_of([MeshInstances(mesh, [instance], [number], matrix[None])], first, True)
     if len(shape.facets) == 0 or shape.smooth.any():
         return None
     normal = shape.facets[0, :3]

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import RGB, Camera, Expression, Lens, Scene, Settings, Texture, World
-from ..core.cache import Kept, key_of
+from ..core.cache import SceneCache, key_of
 from ..emitters.lights import CompiledLight, compile_lights
-from ..emitters.raster import backable
+from ..emitters.screen_space import backable
 from ..emitters.world import CompiledWorld
 from ..geometry.flatten import Geometry, flatten
 from ..materials.surfaces import SurfaceTable, compile_surfaces, expressions_of, layout
@@ -45,7 +45,7 @@ class Plan:
     soft_shadows : shadow rays may go to points spread over their lights.
     rough     : rays leave rough surfaces by random microfacets.
     occlusion : work out how much of the world's diffuse light is hidden.
-    raster_shadows : work out the shadows of flagged objects on all others.
+    raster_shadows : work out the shadows of ray traced objects on all others.
     backing   : secondary rays may meet what the raster shows.
     applies   : pruning -> whether it is made.   saved : pruning -> how many of its unit.
     skipped   : what was left out: {"what", "why", "count"}.
@@ -68,7 +68,7 @@ class Plan:
     rough: bool
     occlusion: bool
     raster_shadows: bool
-    backing: bool
+    screen_space: bool
     applies: dict[str, bool] = field(default_factory=dict)
     saved: dict[str, int] = field(default_factory=dict)
     skipped: Skipped = field(default_factory=list)
@@ -136,7 +136,7 @@ class Prepared:
     plan: Plan
 
 
-def prepare(scene: Scene, settings: Settings, kept: Kept | None = None, once: bool = False) -> Prepared:
+def prepare(scene: Scene, settings: Settings, cache: SceneCache | None = None, once: bool = False) -> Prepared:
     """Compile a validated scene to tables and plan the work on it. Raises ValueError for a pruning that is none.
 
     once : it is for one picture, with this camera and these settings.
@@ -145,17 +145,17 @@ def prepare(scene: Scene, settings: Settings, kept: Kept | None = None, once: bo
     if unknown:
         raise ValueError(f"settings: no pruning is called {unknown[0]!r}")
     notes = _Notes(settings.keep)
-    kept = Kept(0) if kept is None else kept
-    scene, texels = with_finite_texels(scene, kept)
+    cache = SceneCache(0) if cache is None else cache
+    scene, texels = with_finite_texels(scene, cache)
     if texels:
         notes.skipped.append({"what": "texels", "why": "not finite: black", "count": texels})
     scene = _with_images(scene, notes)
-    surfaces, world = compile_surfaces(scene.surfaces), _world(scene.world, kept)
+    surfaces, world = compile_surfaces(scene.surfaces), _world(scene.world, cache)
     layouts = [layout(s) for s in surfaces.surfaces]
-    without = unmet(scene, settings, surfaces, world, kept) if once else frozenset()
+    without = unmet(scene, settings, surfaces, world, cache) if once else frozenset()
     if not notes.spare("unmet", bool(without), "no ray can meet them", len(without)):
         without = frozenset()
-    geometry, media = find_solids(scene, flatten(scene, layouts, kept=kept, without=without), surfaces)
+    geometry, media = find_solids(scene, flatten(scene, layouts, cache=cache, without=without), surfaces)
     if media.rows == 0 and not notes.spare("media", True, "no closed body transmits"):
         media = replace(media, rank=np.zeros(len(geometry.surface), np.int32), rows=1)
     why = "only closed bodies have an inside" if surfaces.absorbs.any() else "no closed body absorbs"
@@ -178,10 +178,10 @@ def prepare(scene: Scene, settings: Settings, kept: Kept | None = None, once: bo
     return Prepared(camera, geometry, media, surfaces, world, lights, lamps, plan)
 
 
-def _world(world: World, kept: Kept) -> CompiledWorld:
+def _world(world: World, cache: SceneCache) -> CompiledWorld:
     """What is the same all around is worked out in no time: nobody needs to hear that it was kept."""
     varies = world.environment is not None or isinstance(world.radiance, Expression)
-    return kept.take(("world", key_of(world)), partial(CompiledWorld, world), "world" if varies else "")
+    return cache.take(("world", key_of(world)), partial(CompiledWorld, world), "world" if varies else "")
 
 
 def _with_images(scene: Scene, notes: _Notes) -> Scene:
@@ -197,10 +197,10 @@ def _with_images(scene: Scene, notes: _Notes) -> Scene:
 
     plain = not any(expressions_of(s) for s in scene.surfaces)
     if plain and not notes.spare("textures", True, "no value varies over a surface", len(scene.surfaces)):
-        worn = tuple(
+        assigned = tuple(
             s if s.layered else replace(s, base_color_texture=image(cast(RGB, s.base_color))) for s in scene.surfaces
         )
-        scene = replace(scene, surfaces=worn)
+        scene = replace(scene, surfaces=assigned)
     uniform = scene.world.environment is None and not isinstance(scene.world.radiance, Expression)
     layered = any(s.layered for s in scene.surfaces)
     if uniform and not notes.spare("environment", True, "the world is uniform") and not layered:
@@ -233,7 +233,7 @@ def make_plan(
     def none(flags: NDArray[np.bool_]) -> bool:
         return not (flags & reachable).any()
 
-    spare("unmasked", settings.see == "FLAGGED")
+    spare("unmasked", settings.camera_sees == "RAY_TRACED")
     reflection = not spare("reflection", none(table.reflects), "no reachable surface reflects", n)
     refraction = not spare("refraction", none(table.transmits), "every reachable surface is opaque", n)
     secondary = not spare("secondary", not (reflection or refraction))
@@ -261,12 +261,12 @@ def make_plan(
     rough = settings.rough_samples > 0 and secondary
     rough = rough and not spare("roughness", none(table.rough), "all that rays reach is smooth", n)
     any_hit = spare("any-hit", shadows)
-    casters = geometry.shadow & geometry.ray_traced & ~table.shadow_clear[geometry.surface]
+    caster_bounds = geometry.shadow & geometry.ray_traced & ~table.shadow_clear[geometry.surface]
     raster_shadows = shadows and settings.raster_shadows
     if settings.raster_shadows:
-        why = "no flagged object can cast one"
-        raster_shadows = not spare("raster-shadows", not (shadows and casters.any()), why) and raster_shadows
-    backed = not spare("backing", not raster or not (secondary and backable(geometry, table).any())) and raster
+        why = "no ray traced object can cast one"
+        raster_shadows = not spare("raster-shadows", not (shadows and caster_bounds.any()), why) and raster_shadows
+    backed = not spare("screen_space", not raster or not (secondary and backable(geometry, table).any())) and raster
     spare("cutoff", settings.cutoff > 0)
     faint = shadows and spare("faint-light", settings.cutoff > 0)
     spare("adaptive", settings.adaptive > 0)
@@ -288,7 +288,7 @@ def make_plan(
         rough=rough,
         occlusion=occlusion,
         raster_shadows=raster_shadows,
-        backing=backed,
+        screen_space=backed,
         applies=notes.applies,
         saved=notes.saved,
         skipped=notes.skipped,
@@ -311,10 +311,10 @@ def _useful_lights(
 ) -> list[CompiledLight]:
     """The lights that are not black and that can reach a primitive that answers to light, `receivers` (np,) bool."""
     black = sum(light.is_black for light in lights)
-    kept = list(lights)
+    cache = list(lights)
     if black and notes.spare("black-lights", True, "they are black", black):
-        kept = [light for light in lights if not light.is_black]
-    if kept and receivers.any():
+        cache = [light for light in lights if not light.is_black]
+    if cache and receivers.any():
         bounds = bounds_of(geometry, receivers)
 
         def near_any(light: CompiledLight) -> bool:
@@ -323,11 +323,11 @@ def _useful_lights(
             own = receivers & light.receives
             return bool(own.any()) and can_reach(light, bounds_of(geometry, own))
 
-        near = [light for light in kept if near_any(light)]
+        near = [light for light in cache if near_any(light)]
         why = "out of range of all that could answer to them, or turned away"
-        if len(near) < len(kept) and notes.spare("far-lights", True, why, len(kept) - len(near)):
-            kept = near
-    return kept
+        if len(near) < len(cache) and notes.spare("far-lights", True, why, len(cache) - len(near)):
+            cache = near
+    return cache
 
 
 def _shadows(
@@ -345,8 +345,8 @@ def _shadows(
 
 def reachable_surfaces(geometry: Geometry, table: SurfaceTable, settings: Settings) -> NDArray[np.bool_]:
     """(s,) bool: surfaces on which light is ever worked out."""
-    only_flagged = settings.see == "FLAGGED" and not settings.raster_shadows
-    first = geometry.camera & geometry.ray_traced if only_flagged else geometry.camera
+    only_ray_traced = settings.camera_sees == "RAY_TRACED" and not settings.raster_shadows
+    first = geometry.camera & geometry.ray_traced if only_ray_traced else geometry.camera
     reachable = np.zeros(len(table.ior), bool)
     reachable[geometry.surface[first]] = True
     if settings.raster_shadows and settings.caustics == "PHOTONS":

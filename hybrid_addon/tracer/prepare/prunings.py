@@ -104,8 +104,10 @@ PRUNINGS = (
     Pruning("world", "exact if", "light of rays that leave the scene", "the world is black"),
     Pruning("media", "exact if", "the stack of media around each ray", "no closed body transmits"),
     Pruning("absorption", "exact if", "absorption on the way of rays", "no closed body absorbs"),
-    Pruning("raster-shadows", "exact if", "shadows on the raster", "no flagged object can cast one"),
-    Pruning("backing", "exact if", "look-ups in the raster", "no raster, or rays reach nothing matte that it shows"),
+    Pruning("raster-shadows", "exact if", "shadows on the raster", "no ray traced object can cast one"),
+    Pruning(
+        "screen_space", "exact if", "look-ups in the raster", "no raster, or rays reach nothing matte that it shows"
+    ),
     Pruning("cutoff", "bounded", "rays that bring little", "Cutoff is above 0: no sample loses more than that", "rays"),
     Pruning(
         "faint-light", "bounded", "light that hardly counts", "Cutoff is above 0: light is a small part of it", "rays"

@@ -14,20 +14,20 @@ import numpy as np
 
 from ...expressions import expressions_of, walk
 from ...scene import Expression, Float32, Scene, Surface, Texture, World
-from ..core.cache import Kept, key_of
+from ..core.cache import SceneCache, key_of
 
 Images = Mapping[int, Texture]
 T = TypeVar("T", Surface, World)
 
 
-def with_finite_texels(scene: Scene, kept: Kept) -> tuple[Scene, int]:
+def with_finite_texels(scene: Scene, cache: SceneCache) -> tuple[Scene, int]:
     """The scene with black for numbers of its images that are not finite; and how many texels have such.
 
     kept : what an earlier frame has found, and what this one finds.
     """
     images = {id(e.data): e.data for s in scene.surfaces for e in expressions_of(s) if isinstance(e.data, Texture)}
     images |= {id(image): image for image in images_of(scene.world)}
-    broken = {key: image for key, image in images.items() if not _finite(image, kept)}
+    broken = {key: image for key, image in images.items() if not _finite(image, cache)}
     if not broken:
         return scene, 0
     count = sum(int(np.count_nonzero(~np.isfinite(p).all(axis=-1))) for image in broken.values() for p in _parts(image))
@@ -53,8 +53,8 @@ def _parts(image: Texture) -> list[Float32]:
     return [image.pixels, *image.tiles.values()]
 
 
-def _finite(image: Texture, kept: Kept) -> bool:
-    return kept.take(("finite", key_of(_parts(image))), partial(_is_finite, image))
+def _finite(image: Texture, cache: SceneCache) -> bool:
+    return cache.take(("finite", key_of(_parts(image))), partial(_is_finite, image))
 
 
 def _is_finite(image: Texture) -> bool:

@@ -105,8 +105,11 @@ def _check_settings(settings: Settings) -> None:
         f"settings: caustics must be NONE, SIMPLE or PHOTONS, got {settings.caustics!r}",
     )
     _require(0 <= settings.photons < 1 << 31, f"settings: photons must lie in 0..2^31, got {settings.photons}")
-    see = ("FLAGGED", "RASTER", "ALL")
-    _require(settings.see in see, f"settings: see must be FLAGGED, RASTER or ALL, got {settings.see!r}")
+    camera_sees = ("RAY_TRACED", "RASTER", "ALL")
+    _require(
+        settings.camera_sees in camera_sees,
+        f"settings: see must be RAY_TRACED, RASTER or ALL, got {settings.camera_sees!r}",
+    )
 
 
 def _check_camera(scene: Scene) -> None:

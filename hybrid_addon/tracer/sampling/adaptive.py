@@ -19,7 +19,7 @@ from ...scene import Float32
 from ..core.constants import AUDIT_AT_MOST, AUDIT_PIXELS, AUDIT_SHARE, FIRST_SAMPLES, SECOND_LOOK
 from ..core.sampler import hash32
 from ..film.filter import grow
-from ..film.pixels import Totals, contrast
+from ..film.pixels import PixelBuffer, contrast
 
 Bools = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
@@ -40,10 +40,10 @@ class Audit:
     going_on : (n,) bool, which they are so far.
     """
 
-    def __init__(self, totals: Totals, seed: int) -> None:
+    def __init__(self, pixel_buffer: PixelBuffer, seed: int) -> None:
         """Draw them from all pixels of the totals, keyed by their absolute places and the seed."""
-        n = len(totals.grid)
-        x, y = totals.grid.at(np.arange(n))
+        n = len(pixel_buffer.grid)
+        x, y = pixel_buffer.grid.at(np.arange(n))
         share = min(AUDIT_AT_MOST, max(AUDIT_SHARE, AUDIT_PIXELS / max(n, 1)))
         salt = hash32(np.array([seed & 0xFFFFFFFF], np.uint32) ^ AUDIT_SALT)
         drawn = hash32(x.astype(np.uint32) ^ hash32(y.astype(np.uint32) ^ salt)) < np.uint32(share * 0xFFFFFFFF)
@@ -54,25 +54,25 @@ class Audit:
         self._before: list[Float32] = []
         self._taken: list[NDArray[np.int32]] = []
 
-    def keep(self, totals: Totals, stopping: Pixels) -> Pixels:
+    def keep(self, pixel_buffer: PixelBuffer, stopping: Pixels) -> Pixels:
         """Those of the pixels that could stop which are to go on; each is asked for once."""
-        kept = stopping[self.drawn[stopping]]
-        self.going_on[kept] = True
+        cache = stopping[self.drawn[stopping]]
+        self.going_on[cache] = True
         self.left_alone += len(stopping)
-        self._pixels.append(kept)
-        self._before.append(totals.own_mean(kept))
-        self._taken.append(totals.samples[kept])
-        return kept
+        self._pixels.append(cache)
+        self._before.append(pixel_buffer.own_mean(cache))
+        self._taken.append(pixel_buffer.samples[cache])
+        return cache
 
-    def result(self, totals: Totals, tolerance: float) -> dict[str, float | int]:
+    def result(self, pixel_buffer: PixelBuffer, tolerance: float) -> dict[str, float | int]:
         """How wrong their first samples were: mean and largest error, and the share of pixels beyond the tolerance.
 
         A time budget may end the picture before they were looked at: only those count that took as many samples again.
         """
         pixels, before = np.concatenate(self._pixels), np.concatenate(self._before, axis=1)
-        checked = totals.samples[pixels] >= 2 * np.concatenate(self._taken)
+        checked = pixel_buffer.samples[pixels] >= 2 * np.concatenate(self._taken)
         pixels, before = pixels[checked], before[:, checked]
-        after = totals.own_mean(pixels)
+        after = pixel_buffer.own_mean(pixels)
         error = np.abs(after - before).max(axis=0, initial=0.0)
         beyond = int(np.count_nonzero(contrast(after, before).max(axis=0, initial=0.0) > tolerance))
         k = len(pixels)
@@ -87,18 +87,18 @@ class Audit:
         }
 
 
-def choose(totals: Totals, pixels: Pixels, weight: Float32 | None, threshold: float) -> Bools:
+def choose(pixel_buffer: PixelBuffer, pixels: Pixels, weight: Float32 | None, threshold: float) -> Bools:
     """Which of the pixels (m,) need more than their first samples: (m,) bool.
 
     weight : (n,) share of the picture that is the pixel's, or None for 1.
     """
-    assert totals.signature is not None and totals.uneven is not None
-    grid, everything = totals.grid, np.arange(len(totals.grid))
-    mean = totals.mean(everything)
+    assert pixel_buffer.signature is not None and pixel_buffer.uneven is not None
+    grid, everything = pixel_buffer.grid, np.arange(len(pixel_buffer.grid))
+    mean = pixel_buffer.mean(everything)
     share = np.ones(len(grid), np.float32) if weight is None else weight
-    chosen = totals.uneven | ~totals.seen(everything) | (totals.spread() * share > threshold)
+    chosen = pixel_buffer.uneven | ~pixel_buffer.seen(everything) | (pixel_buffer.spread() * share > threshold)
     wanted, chosen = grid.picture(np.ones(len(grid), bool)), grid.picture(chosen)
-    signature, mean, share = grid.picture(totals.signature), grid.picture(mean), grid.picture(share)
+    signature, mean, share = grid.picture(pixel_buffer.signature), grid.picture(mean), grid.picture(share)
     for here, there in _neighbours():
         both = wanted[here] & wanted[there]
         differs = signature[here] != signature[there]
@@ -110,13 +110,13 @@ def choose(totals: Totals, pixels: Pixels, weight: Float32 | None, threshold: fl
     return np.asarray(chosen.reshape(-1)[grid.place[pixels]])
 
 
-def unsettled(totals: Totals, pixels: Pixels, weight: Float32 | None, threshold: float) -> Bools:
+def unsettled(pixel_buffer: PixelBuffer, pixels: Pixels, weight: Float32 | None, threshold: float) -> Bools:
     """Which of the pixels (m,) need more samples: they, or one beside them, have halves that differ. (m,) bool."""
-    assert totals.apart is not None
-    grid = totals.grid
+    assert pixel_buffer.apart is not None
+    grid = pixel_buffer.grid
     apart = np.zeros(len(grid), bool)
     share = np.float32(1) if weight is None else weight[pixels]
-    apart[pixels] = totals.apart[pixels] * share > threshold
+    apart[pixels] = pixel_buffer.apart[pixels] * share > threshold
     return np.asarray(grow(grid.picture(apart), 1).reshape(-1)[grid.place[pixels]])
 
 

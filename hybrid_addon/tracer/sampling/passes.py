@@ -19,15 +19,15 @@ from numpy.typing import NDArray
 from ..core.camera import generate_rays, points_on_lens
 from ..core.rays import Rays, camera_rays
 from ..core.sampler import Sampler, pixel_keys
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..film.ended_rays import count_samples
 from ..film.filter import Grid, PixelFilter
 from ..film.path_hash import Signatures, identities
-from ..film.pixels import Totals
-from ..film.samples import BRANCHES, Sums, wanted_parts
+from ..film.pixels import PixelBuffer
+from ..film.samples import BRANCHES, SampleBuffer, wanted_parts
 from ..geometry.aggregate import PrimitiveSet
 from ..integrator.whitted import trace_rays
-from ..parallel.pool import FEWEST, Crew, Job, wished, workers, zeros_for
+from ..parallel.pool import FEWEST, Task, WorkerPool, wanted_workers, workers, zeros_for
 from ..prepare.compiled import CompiledScene
 
 Progress = Callable[[float], bool]
@@ -113,8 +113,8 @@ class Passes:
     crew         : who does the work. On its board lie the numbers of the pixels of the pass, portion by portion.
     """
 
-    totals: Totals
-    develop: Callable[[int, int], Tally]
+    pixel_buffer: PixelBuffer
+    develop: Callable[[int, int], Stats]
 
     def __init__(
         self,
@@ -126,10 +126,10 @@ class Passes:
         self.scene, self.settings = scene, scene.settings
         self.filter = PixelFilter(self.settings.filter_radius, self.settings.seed, self.settings.samples > 1)
         self.grid = Grid.of(scene.camera.window, scene.camera.resolution, wanted, self.filter.reach, rows)
-        self.tally = Tally()
+        self.stats = Stats()
         self.progress = progress
         self.speed = 0.0  # camera rays a second of each thread or process, in the last pass
-        self.crew = Crew(self.settings)
+        self.pool = WorkerPool(self.settings)
         self.identity = identities(scene.geometry) if scene.settings.adaptive > 0 else None
         self._board = zeros_for(self.settings)((len(self.grid),), np.int32)
         self._seen: list[PrimitiveSet] = []
@@ -139,11 +139,11 @@ class Passes:
 
         progress : the fractions done before and after this pass.
         """
-        threads = wished(self.settings)
+        threads = wanted_workers(self.settings)
         n, kind = len(pixels) * work.count, self._kind(work.seen)
         speed = self.speed or (OF_GLASS if self.scene.plan.refraction else FIRST_GUESS)
-        worth_it = n >= WORTH_IT * speed or self.crew.has_processes
-        forked = self.crew.forks and threads >= FEWEST and worth_it
+        worth_it = n >= WORTH_IT * speed or self.pool.has_processes
+        forked = self.pool.forks and threads >= FEWEST and worth_it
         threads = threads if forked else workers(self.settings)
         longest = LONGEST_PORTION
         if deadline < math.inf:
@@ -155,101 +155,101 @@ class Passes:
         done, until = progress
 
         def watch() -> None:
-            self.report(done + (until - done) * self.crew.so_far() / max(n, 1))
+            self.report(done + (until - done) * self.pool.so_far() / max(n, 1))
 
         if forked:
             self.scene.build_all()
         began = time.perf_counter()
-        in_time = self.crew.run(self._do, jobs, forked, self.tally.merge, watch)
+        in_time = self.pool.run(self._do, jobs, forked, self.stats.merge, watch)
         at_once = max(min(threads, len(portions)), 1)
-        self.speed = self.crew.so_far() / max((time.perf_counter() - began) * at_once, 1e-9)
+        self.speed = self.pool.so_far() / max((time.perf_counter() - began) * at_once, 1e-9)
         return in_time
 
     def develop_all(self, longest: int) -> None:
         """Develop all pixels, at most so many at once."""
-        n, many = len(self.grid), self.crew.many()
+        n, many = len(self.grid), self.pool.many()
         size = max(math.ceil(n / (many * max(math.ceil(n / (many * longest)), 1))), 1)  # even, and as many for each
-        jobs = [Job(k, start, min(start + size, n), DEVELOP) for k, start in enumerate(range(0, n, size))]
-        self.crew.run(self._do, jobs, False, self.tally.merge, lambda: None)
+        jobs = [Task(k, start, min(start + size, n), DEVELOP) for k, start in enumerate(range(0, n, size))]
+        self.pool.run(self._do, jobs, False, self.stats.merge, lambda: None)
 
     def __enter__(self) -> Passes:
         return self
 
     def __exit__(self, error: object, *_: object) -> None:
         """Let the crew go, at once if something went wrong."""
-        self.crew.end(kill=error is not None)
+        self.pool.end(kill=error is not None)
 
     def report(self, fraction: float) -> None:
         """Tell the caller how far we are; raises Cancelled if it has had enough."""
         if self.progress is not None and self.progress(fraction) is False:
-            self.crew.stop.set()
+            self.pool.stop.set()
             raise Cancelled("tracing was cancelled")
 
     def _kind(self, seen: PrimitiveSet) -> int:
         """The kind of the jobs in which camera rays see this."""
         kind = next((k for k, known in enumerate(self._seen) if known is seen), len(self._seen))
         if kind == len(self._seen):
-            self.crew.end()  # processes that are there do not know it
+            self.pool.end()  # processes that are there do not know it
             self._seen.append(seen)
         return kind
 
-    def _jobs(self, portions: list[Pixels], kind: int, work: Pass, deadline: float) -> list[Job]:
+    def _jobs(self, portions: list[Pixels], kind: int, work: Pass, deadline: float) -> list[Task]:
         """The portions of a pass, put on the board."""
         jobs, start = [], 0
         for number, pixels in enumerate(portions):
             stop = start + len(pixels)
             self._board[start:stop] = pixels
-            jobs.append(Job(number, start, stop, kind, work.first, work.count, work.spread, work.signed, deadline))
+            jobs.append(Task(number, start, stop, kind, work.first, work.count, work.spread, work.signed, deadline))
             start = stop
         return jobs
 
-    def _do(self, job: Job) -> tuple[Tally, bool]:
+    def _do(self, task: Task) -> tuple[Stats, bool]:
         """Work of a thread or a process."""
-        if job.kind == DEVELOP:
-            return self.develop(job.start, job.stop), True
-        work = Pass(job.first, job.samples, self._seen[job.kind], job.spread, job.signed)
-        pixels = self._board[job.start : job.stop].astype(np.intp)
-        return self._trace_portion(pixels, work, job.deadline, self.crew.slot(job))
+        if task.kind == DEVELOP:
+            return self.develop(task.start, task.stop), True
+        work = Pass(task.first, task.samples, self._seen[task.kind], task.spread, task.signed)
+        pixels = self._board[task.start : task.stop].astype(np.intp)
+        return self._trace_portion(pixels, work, task.deadline, self.pool.slot(task))
 
     def _trace_portion(
         self, pixels: Pixels, work: Pass, deadline: float, begun: NDArray[np.int64]
-    ) -> tuple[Tally, bool]:
+    ) -> tuple[Stats, bool]:
         """All samples of some pixels; False: none of them, the deadline came first.
 
         begun : (1,) where to note how many there are so far.
         """
-        tally = Tally()
+        stats = Stats()
 
         def check() -> None:
-            if self.crew.stop.is_set():
+            if self.pool.stop.is_set():
                 raise Cancelled("tracing was cancelled")
             if time.perf_counter() > deadline:
                 raise _TooLate
 
         settings = self.settings
-        with tally.phase("shade"), np.errstate(all="ignore"):
+        with stats.phase("shade"), np.errstate(all="ignore"):
             sampler = Sampler(pixel_keys(*self.grid.at(pixels), settings.seed), work.first, work.count)
-            sums = Sums.zeros(
+            sample_buffer = SampleBuffer.zeros(
                 len(pixels), work.count, settings.cutoff, wanted_parts(settings), settings.max_depth,
                 settings.rough_samples + 1, sampler,
             )  # fmt: skip
             if work.signed and self.identity is not None:
                 nothing = np.zeros(len(pixels) * work.count, np.uint32)
-                sums.signatures = Signatures(nothing, self.identity, np.float32(settings.adaptive))
-            blocks = self._blocks(pixels, work, sampler, tally, begun)
+                sample_buffer.signatures = Signatures(nothing, self.identity, np.float32(settings.adaptive))
+            blocks = self._blocks(pixels, work, sampler, stats, begun)
             draws = sampler if self.scene.plan.draws else None
             try:
                 check()
-                trace_rays(self.scene, blocks, work.seen, sums, tally, check, sampler=draws)
+                trace_rays(self.scene, blocks, work.seen, sample_buffer, stats, check, sampler=draws)
             except _TooLate:
-                return tally, False
-            count_samples(sums, tally)
-            sums.close()
-            self.totals.add(pixels, sums, work.first)
-        return tally, True
+                return stats, False
+            count_samples(sample_buffer, stats)
+            sample_buffer.close()
+            self.pixel_buffer.add(pixels, sample_buffer, work.first)
+        return stats, True
 
     def _blocks(
-        self, pixels: Pixels, work: Pass, sampler: Sampler, tally: Tally, begun: NDArray[np.int64]
+        self, pixels: Pixels, work: Pass, sampler: Sampler, stats: Stats, begun: NDArray[np.int64]
     ) -> Iterator[Rays]:
         """The camera rays of a portion, some pixels after the others."""
         geometry, camera, count = self.scene.geometry, self.scene.camera, work.count
@@ -270,8 +270,8 @@ class Passes:
             )
             media = self.scene.media.empty(len(sample))
             if in_solid:
-                media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, tally)
-            tally.add("camera", len(sample))
+                media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, stats)
+            stats.add("camera", len(sample))
             begun += len(sample)
             yield camera_rays(origin, direction, t_max, sample, media, signed, branched, self.scene.linked_lamps)
 

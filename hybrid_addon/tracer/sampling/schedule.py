@@ -18,7 +18,7 @@ import numpy as np
 from ...scene import Float32
 from ..core.constants import COARSEST, FIRST_SAMPLES, SAMPLING_SLOPE
 from ..core.vectors import evenly
-from ..film.pixels import ESTIMATED, SEEN, Totals, neighbours_rmse
+from ..film.pixels import ESTIMATED, SEEN, PixelBuffer, neighbours_rmse
 from ..prepare.compiled import CompiledScene
 from .adaptive import Audit, choose, looks, unsettled
 from .passes import Pass, Passes, Pixels
@@ -41,11 +41,11 @@ class Schedule:
     """
 
     def __init__(
-        self, scene: CompiledScene, passes: Passes, totals: Totals, weight: Float32 | None, deadline: float
+        self, scene: CompiledScene, passes: Passes, pixel_buffer: PixelBuffer, weight: Float32 | None, deadline: float
     ) -> None:
         """weight: (n,) share of the picture that is the pixel's; None: 1."""
         self.scene, self.settings = scene, scene.settings
-        self.passes, self.totals, self.weight = passes, totals, weight
+        self.passes, self.pixel_buffer, self.weight = passes, pixel_buffer, weight
         self.pixels: Pixels = np.arange(len(passes.grid))
         self.began, self.deadline = time.perf_counter(), deadline
         self.adaptive = is_adaptive(scene)
@@ -66,7 +66,7 @@ class Schedule:
         """
         samples, pixels, taken, in_time = self.settings.samples, self.pixels, 0, True
         stops = looks(samples) if self.adaptive else []
-        audit = Audit(self.totals, self.settings.seed) if self.adaptive else None
+        audit = Audit(self.pixel_buffer, self.settings.seed) if self.adaptive else None
         if self.hurries:
             taken, in_time = 1, self._coarse_to_fine()
         while in_time and taken < samples and len(pixels):
@@ -83,12 +83,12 @@ class Schedule:
             in_time = self._pass(pixels, taken, count)
             taken += count
         if self.hurries:
-            taken_of = self.totals.samples[pixels]
+            taken_of = self.pixel_buffer.samples[pixels]
             self._skip("samples", "the time budget: samples go first", int((samples - taken_of).sum()))
             copied = int((taken_of == 0).sum())
             self._skip("resolution", "the time budget: when no samples are left to give up, pixels go", copied)
         self._audit = audit
-        taken_of = self.totals.samples[self.passes.grid.window >= 0]
+        taken_of = self.pixel_buffer.samples[self.passes.grid.window >= 0]
         self.sampling["samples_mean"] = float(taken_of.mean()) if len(taken_of) else 0.0
         self.sampling["samples_max"] = int(np.max(taken_of, initial=0))
 
@@ -116,7 +116,7 @@ class Schedule:
 
     def _affordable(self) -> int:
         """How many samples the time that is left should allow, by what they cost so far."""
-        now, taken = time.perf_counter(), int(self.totals.samples.sum())
+        now, taken = time.perf_counter(), int(self.pixel_buffer.samples.sum())
         each = (now - self.began) / max(taken, 1)
         left = max(self.deadline - now, 0.0)
         return int(min(left / max(each, 1e-9), self.settings.samples * len(self.pixels)))
@@ -125,7 +125,7 @@ class Schedule:
         """One sample more, for which there is no time in all pixels, in those that differ most from a neighbour."""
         number = int(IN_TIME * self._affordable())
         if len(pixels) * WORTH_IT < number < len(pixels):
-            differs = self.totals.beside_neighbours(self.weight)[pixels]
+            differs = self.pixel_buffer.beside_neighbours(self.weight)[pixels]
             self._pass(np.sort(pixels[np.argpartition(differs, -number)[-number:]]), taken, 1)
 
     def _fractions(self, is_last: bool) -> tuple[float, float]:
@@ -139,10 +139,10 @@ class Schedule:
     def _go_on(self, pixels: Pixels, taken: int, audit: Audit) -> Pixels:
         """The pixels that take more samples: those that need them, and some of the others as a check."""
         needs = choose if taken == FIRST_SAMPLES else unsettled
-        needed = needs(self.totals, pixels, self.weight, self.settings.adaptive)
+        needed = needs(self.pixel_buffer, pixels, self.weight, self.settings.adaptive)
         needed |= audit.going_on[pixels]
-        kept = audit.keep(self.totals, pixels[~needed])
-        left = np.union1d(pixels[needed], kept)
+        cache = audit.keep(self.pixel_buffer, pixels[~needed])
+        left = np.union1d(pixels[needed], cache)
         even = (len(pixels) - len(left)) * (self.settings.samples - taken)
         self._skip("samples", EVEN, even)
         return left
@@ -150,9 +150,9 @@ class Schedule:
     def note_errors(self) -> None:
         """The error to expect of the samples, over the traced pixels and as they show."""
         if self._audit is not None and self._audit.left_alone:
-            self.sampling["audit"] = self._audit.result(self.totals, self.settings.adaptive)
+            self.sampling["audit"] = self._audit.result(self.pixel_buffer, self.settings.adaptive)
         pixels = evenly(self.passes.grid.window >= 0, ESTIMATED)
-        variance = self.totals.variance_of_mean(pixels)
+        variance = self.pixel_buffer.variance_of_mean(pixels)
         if self.weight is not None:
             variance *= self.weight[pixels] ** 2
         known = variance[np.isfinite(variance)]
@@ -168,8 +168,8 @@ class Schedule:
         """Of one sample a pixel, or less."""
         if len(self.pixels) == 0:
             return None
-        traced = self.totals.given[0, SEEN] > 0
-        return neighbours_rmse(self.totals.mean, self.passes.grid, traced, self.weight)
+        traced = self.pixel_buffer.given[0, SEEN] > 0
+        return neighbours_rmse(self.pixel_buffer.mean, self.passes.grid, traced, self.weight)
 
     def _skip(self, what: str, why: str, number: int) -> None:
         if number:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ...scene import Float64
 from ..core.constants import CLEAR_OF, NEAR, ORIGIN_OFFSET, PUSHES
 from ..core.rays import Rays, offset_origin
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import ALL, dot, flatnonzero
 from ..geometry.aggregate import barycentrics
 from ..geometry.flatten import Geometry
@@ -64,12 +64,12 @@ def with_sides(geometry: Geometry, media: Media, rays: Rays, at: Interaction, t:
     came = _crossed(media, before, place, other, passed, toward < 0)
     own = at.prim[columns], at.entering[columns]
     result = []
-    for stack, start in ((came, at.outer[:, columns]), (media.cross(came, *own, Tally()), at.inner(columns))):
+    for stack, start in ((came, at.outer[:, columns]), (media.cross(came, *own, Stats()), at.inner(columns))):
         ends = dot(facet[:3], start[:, place].astype(np.float64)) - facet[3]
         result.append(_crossed(media, stack, place, other, (ends > 0) != (side > 0), side > 0))
     outer, inner = result
     around, beyond = media.ior[innermost(before, media.count)], media.ior[innermost(inner, media.count)]
-    more = (outer != before).any(axis=0) | (inner != media.cross(before, *own, Tally())).any(axis=0)
+    more = (outer != before).any(axis=0) | (inner != media.cross(before, *own, Stats())).any(axis=0)
     column = np.full(len(at.prim), -1)
     column[columns[more]] = np.arange(np.count_nonzero(more))
     sides = Sides(column, outer[:, more], inner[:, more], (beyond / around)[more])
@@ -102,5 +102,5 @@ def _crossed(media: Media, stack: Stack, place: Numbers, prim: Numbers, passes: 
     result = stack.copy()
     for number in range(int(np.max(turn, initial=-1)) + 1):
         now = flatnonzero(turn == number)
-        result[:, place[now]] = media.cross(result[:, place[now]], prim[now], entering[now], Tally())
+        result[:, place[now]] = media.cross(result[:, place[now]], prim[now], entering[now], Stats())
     return result

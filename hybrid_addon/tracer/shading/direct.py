@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...scene import Float32
 from ..core.constants import MIRROR_ROUGHNESS
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import Index, add, count, dot, flatnonzero, no_brighter, select, take
 from ..emitters.lights import CompiledLight, Illumination, illuminate
 from ..prepare.compiled import CompiledScene
@@ -44,12 +44,12 @@ class _Receivers:
     glossy: list[tuple[Index, Float32, Lobe]]
 
 
-def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cut | None = None) -> Float32:
+def local_radiance(scene: CompiledScene, hit: Interaction, stats: Stats, cut: Cut | None = None) -> Float32:
     """Llocal (3, n) of hits, seen along wo. Surfaces shade on both sides: normals are on the side of wo."""
     plan, color = scene.plan, hit.value("base_color")
     radiance = np.zeros(color.shape, np.float32)
     if plan.ambient:
-        _add_ambient(scene, hit, color, radiance, tally)
+        _add_ambient(scene, hit, color, radiance, stats)
         radiance *= np.float32(scene.arriving.indirect)
     ambient = radiance.copy() if np.isfinite(scene.arriving.direct_limit) else None
     if plan.diffuse or plan.specular:
@@ -60,11 +60,11 @@ def local_radiance(scene: CompiledScene, hit: Interaction, tally: Tally, cut: Cu
         # Few hits ask for the shadows of several lights at once: see TOGETHER.
         asked: list[_Lit] = []
         for light in scene.lights:
-            asked.append(_lit_by(scene, receivers, light, tally, cut))
+            asked.append(_lit_by(scene, receivers, light, stats, cut))
             if sum(len(lit) for lit in asked) > TOGETHER:
-                _add_lit(scene, hit, origins, asked, radiance, tally)
+                _add_lit(scene, hit, origins, asked, radiance, stats)
                 asked = []
-        _add_lit(scene, hit, origins, asked, radiance, tally)
+        _add_lit(scene, hit, origins, asked, radiance, stats)
     return radiance if ambient is None else ambient + no_brighter(radiance - ambient, scene.arriving.direct_limit)
 
 
@@ -84,7 +84,7 @@ class _Lit:
         return self.arriving.shape[1]
 
 
-def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, tally: Tally, cut: Cut | None) -> _Lit:
+def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, stats: Stats, cut: Cut | None) -> _Lit:
     """What would arrive from one light. Shadow rays tell whether it comes through the back of a smooth triangle."""
     hit = receivers.hit
     lit = illuminate(light, receivers.point, hit.n_shading, hit.offset)
@@ -111,20 +111,20 @@ def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, t
     if traces and cut is not None:
         faint = cut(np.asarray(arriving * (PI / lit.specular), np.float32))
         arrives[faint] = False
-        tally.add("shadow_cut", len(faint))
+        stats.add("shadow_cut", len(faint))
     wanted = select(arrives)
     chosen = take(arriving, wanted)
     chosen *= light.color
     if traces:
-        tally.add("shadow_not_needed", len(hit.prim) - chosen.shape[1])
+        stats.add("shadow_not_needed", len(hit.prim) - chosen.shape[1])
     return _Lit(light, wanted, chosen, traces)
 
 
 def _add_lit(
-    scene: CompiledScene, hit: Interaction, origins: Origins, asked: list[_Lit], radiance: Float32, tally: Tally
+    scene: CompiledScene, hit: Interaction, origins: Origins, asked: list[_Lit], radiance: Float32, stats: Stats
 ) -> None:
     """Add what arrives of some lights, through all that is in between, to radiance (3, n)."""
-    shares = visible_shares(scene, hit, origins, [(lit.light, lit.wanted) for lit in asked if lit.traces], tally)
+    shares = visible_shares(scene, hit, origins, [(lit.light, lit.wanted) for lit in asked if lit.traces], stats)
     for lit in asked:
         wanted, chosen = lit.wanted, lit.arriving
         if lit.traces:
@@ -135,7 +135,7 @@ def _add_lit(
         add(radiance, wanted, chosen)
 
 
-def _add_ambient(scene: CompiledScene, hit: Interaction, color: Float32, radiance: Float32, tally: Tally) -> None:
+def _add_ambient(scene: CompiledScene, hit: Interaction, color: Float32, radiance: Float32, stats: Stats) -> None:
     """Add the light of the world: what is diffuse, and its blurred image in the reflections that no ray follows.
 
     color : (3, n), base_color of the hits.
@@ -145,7 +145,7 @@ def _add_ambient(scene: CompiledScene, hit: Interaction, color: Float32, radianc
         color = take(color, lit) * hit.value("ambient", lit)
         color = color * scene.world.irradiance_over_pi(take(hit.n_shading, lit))
         if scene.occluders is not None and hit.draws is not None:
-            color *= open_share(scene, scene.occluders, hit, lit, tally)
+            color *= open_share(scene, scene.occluders, hit, lit, stats)
         add(radiance, lit, color)
     blurred = select(hit.table.blurs.take(hit.surface))
     if count(blurred, len(hit.prim)) == 0:

@@ -31,10 +31,10 @@ def resolve(geometry: Geometry, at: Interaction, distance: Float64) -> Interacti
     """
     if not at.table.varies.take(at.surface).any():
         return at
-    worn = _worn(geometry, at.table, at.prim, at.surface, at.point, at.entering, at.n_shading, at.wo, distance)
-    n_shading = _turned(worn, at.n_shading)
+    assigned = _worn(geometry, at.table, at.prim, at.surface, at.point, at.entering, at.n_shading, at.wo, distance)
+    n_shading = _turned(assigned, at.n_shading)
     cos = np.maximum(dot(at.wo, n_shading), 0)  # one that looks away from the eye is seen edge on
-    values = _with_expressions(at.table, worn, at.table.tabulated.look_up(at.surface, cos), cos)
+    values = _with_expressions(at.table, assigned, at.table.tabulated.look_up(at.surface, cos), cos)
     return replace(at, values=values, n_shading=n_shading)
 
 
@@ -48,17 +48,17 @@ def resolve_crossings(
     """
     prim, cos = hits.prim.astype(np.intp), np.abs(hits.toward)
     normal = hits.normal * -np.sign(hits.toward).astype(np.float32)
-    worn = _worn(
+    assigned = _worn(
         geometry, table, prim, geometry.surface.take(prim), origin + wi * hits.t, hits.toward < 0, normal, -wi,
         np.zeros(len(prim)), told,
     )  # fmt: skip
     cosines = np.zeros(len(seen.place))
     cosines[told] = cos
-    return _with_expressions(table, worn, seen, cosines, crossing=True)
+    return _with_expressions(table, assigned, seen, cosines, crossing=True)
 
 
 @dataclass(frozen=True, eq=False)
-class _Worn:
+class _HitGroup:
     """A surface with expressions and the hits on it."""
 
     number: int
@@ -71,7 +71,7 @@ class _Worn:
 def _worn(
     geometry: Geometry, table: SurfaceTable, prim: Numbers, surface: Numbers, point: Float64, entering: Bools,
     normal: Float32, wo: Float32, distance: Float64, among: Index = ALL,
-) -> list[_Worn]:  # fmt: skip
+) -> list[_HitGroup]:  # fmt: skip
     """The surfaces with expressions among those of n hits, which are the hits `among` some others."""
     found = []
     met = flatnonzero(np.bincount(surface, minlength=len(table.expressive)))
@@ -79,13 +79,13 @@ def _worn(
         hits = flatnonzero(surface == number)
         data = HitData(geometry, number, prim, point, entering, normal, wo, distance, hits)
         hits = hits if isinstance(among, slice) else take(among, hits)
-        found.append(_Worn(number, table.surfaces[number], hits, data, Evaluation(data)))
+        found.append(_HitGroup(number, table.surfaces[number], hits, data, Evaluation(data)))
     return found
 
 
-def _turned(worn: list[_Worn], n_shading: Float32) -> Float32:
+def _turned(assigned: list[_HitGroup], n_shading: Float32) -> Float32:
     """Shading normals (3, n) with normal maps applied. These may look away from the eye, as in EEVEE and Cycles."""
-    mapped = [one for one in worn if one.surface.normal is not None]
+    mapped = [one for one in assigned if one.surface.normal is not None]
     result = n_shading.copy() if mapped else n_shading
     for one in mapped:
         assert one.surface.normal is not None
@@ -94,17 +94,17 @@ def _turned(worn: list[_Worn], n_shading: Float32) -> Float32:
 
 
 def _with_expressions(
-    table: SurfaceTable, worn: list[_Worn], values: HitValues, cos: Array, crossing: bool = False
+    table: SurfaceTable, assigned: list[_HitGroup], values: HitValues, cos: Array, crossing: bool = False
 ) -> HitValues:
     """The values of n hits, seen at `cos`, with what expressions tell. crossing: the rows CROSSING alone."""
-    scaled = [one for one in worn if table.tabulated.known[one.number]]
+    scaled = [one for one in assigned if table.tabulated.known[one.number]]
     factor: dict[str, Float32] = {}
     for one in () if crossing else scaled:
         for name in factors(one.surface):
             scale = factor.setdefault(name, np.ones((3, len(cos)), np.float32))
             color = limited(name, one.evaluate(getattr(one.surface, name)))
             write(scale, one.hits, np.broadcast_to(color, (3, len(one.hits))))
-    own = [one for one in worn if not table.tabulated.known[one.number]]
+    own = [one for one in assigned if not table.tabulated.known[one.number]]
     if not own:
         return replace(values, factors=factor)
     columns, place = values.columns, values.place.copy()

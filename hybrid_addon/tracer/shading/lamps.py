@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from ...scene import AreaLight, Float32, Float64, PointLight, SpotLight, SunLight
 from ..core.constants import SHADOW_REACH
 from ..core.rays import REFLECTED_RAY, Rays, offset_origin, origin_offset
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import Array, count, dot, flatnonzero, no_brighter, select, take
 from ..emitters.lights import CompiledLight, range_window, spot_factor
-from ..film.samples import Sums
+from ..film.samples import SampleBuffer
 from ..geometry.aggregate import Hits
 from ..media.nested import transmittance
 from ..prepare.compiled import CompiledScene
@@ -32,17 +32,17 @@ Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 
 
-def add_lamps(scene: CompiledScene, rays: Rays, hits: Hits, sums: Sums, tally: Tally) -> None:
+def add_lamps(scene: CompiledScene, rays: Rays, hits: Hits, sample_buffer: SampleBuffer, stats: Stats) -> None:
     """Add the radiance of the lamps that rays (n,) meet before their hits."""
-    for lamp, seen, radiance in lamps_met(scene, rays, hits, tally):
-        tally.add("lamps", len(seen))
-        sums.add_radiance(seen.sample, brought(scene, seen, radiance), seen.branch)
-        if sums.signatures is not None:
-            sums.signatures.add_lamp(seen, lamp.key)
+    for lamp, seen, radiance in lamps_met(scene, rays, hits, stats):
+        stats.add("lamps", len(seen))
+        sample_buffer.add_radiance(seen.sample, brought(scene, seen, radiance), seen.branch)
+        if sample_buffer.signatures is not None:
+            sample_buffer.signatures.add_lamp(seen, lamp.key)
 
 
 def lamps_met(
-    scene: CompiledScene, rays: Rays, hits: Hits, tally: Tally
+    scene: CompiledScene, rays: Rays, hits: Hits, stats: Stats
 ) -> Iterator[tuple[CompiledLight, Rays, Float32]]:
     """Each lamp that some of the rays (n,) meet before their hits, those rays (m,), and its radiance there (3, m)."""
     if not scene.lamps:
@@ -54,7 +54,7 @@ def lamps_met(
     # It is their direct light, a highlight of the surface that the ray has left, and limited as that is.
     strength = np.float32(1 / scene.arriving.indirect) if scene.arriving.indirect else np.float32(0)
     for lamp in scene.lamps:
-        found, radiance = _met(scene, lamp, rays, hits, tally)
+        found, radiance = _met(scene, lamp, rays, hits, stats)
         if len(found):
             yield lamp, rays.take(found), radiance * strength
 
@@ -64,7 +64,7 @@ def brought(scene: CompiledScene, rays: Rays, radiance: Float32) -> Float32:
     return no_brighter(rays.throughput * radiance, scene.arriving.direct_limit)
 
 
-def _met(scene: CompiledScene, lamp: CompiledLight, rays: Rays, hits: Hits, tally: Tally) -> tuple[Numbers, Float32]:
+def _met(scene: CompiledScene, lamp: CompiledLight, rays: Rays, hits: Hits, stats: Stats) -> tuple[Numbers, Float32]:
     """Which of n rays meet a lamp, (m,), and what they see of it, (3, m)."""
     meets, distance = meet(lamp, rays.origin, rays.direction)
     if lamp.receives is not None:
@@ -78,7 +78,7 @@ def _met(scene: CompiledScene, lamp: CompiledLight, rays: Rays, hits: Hits, tall
     hidden = flatnonzero(~clear[found])
     if len(hidden) and lamp.light.cast_shadow:
         index = found[hidden]
-        radiance[:, hidden] *= _seen_past(scene, lamp, rays.take(index), hits.take(index), distance[index], tally)
+        radiance[:, hidden] *= _seen_past(scene, lamp, rays.take(index), hits.take(index), distance[index], stats)
     if scene.media.absorption is not None and not isinstance(lamp.light, SunLight):
         way = np.minimum(distance[found], hits.t[found])
         left = transmittance(scene.media.absorption, take(rays.media, found), way)
@@ -98,7 +98,7 @@ def _lets_through(scene: CompiledScene, lamp: CompiledLight, hits: Hits) -> Bool
 
 
 def _seen_past(
-    scene: CompiledScene, lamp: CompiledLight, rays: Rays, hits: Hits, distance: Float64, tally: Tally
+    scene: CompiledScene, lamp: CompiledLight, rays: Rays, hits: Hits, distance: Float64, stats: Stats
 ) -> Array:
     """What share of a lamp comes through all that is behind hits that do not stand in its way: (n,) or (3, n)."""
     direction = rays.direction.astype(np.float32)
@@ -107,7 +107,7 @@ def _seen_past(
     origin = offset_origin(point, hits.normal * np.sign(hits.toward).astype(np.float32), offset)
     media = None if scene.media.shadow_absorption is None else rays.media
     left = np.asarray(distance - hits.t, np.float32)
-    return visibility(scene, scene.blockers(lamp), direction, left, origin, np.zeros(len(rays), bool), media, tally)
+    return visibility(scene, scene.blockers(lamp), direction, left, origin, np.zeros(len(rays), bool), media, stats)
 
 
 # ------------------------------------------------------------------------------------------------ shapes

@@ -36,7 +36,7 @@ FACET, LOBE, TRY = np.uint32(0x52D3F1A7), np.uint32(0x1B56C4E9), np.uint32(0x9D2
 
 
 @dataclass(eq=False)
-class Drawn:
+class SampledMicrofacets:
     """Hits (n,) with the normals of microfacets for shading normals.
 
     Where two lobes of different roughness share a reflection, one of them is drawn.
@@ -67,7 +67,7 @@ class Drawn:
         return drawn, np.where(bends, bent, transmitted)
 
 
-def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Drawn | None:
+def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> SampledMicrofacets | None:
     """Draw microfacets; None where all hits are mirrors."""
     lobe, coat = at.value("lobe_roughness"), at.value("coat_roughness")
     coated = at.value("coat") - at.value("coat_blurred")
@@ -101,7 +101,7 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Dr
     )
     at = replace(at, n_shading=normals)
     is_rough = wide & (roughness > MIRROR_ROUGHNESS)
-    return Drawn(rays, at, t, np.where(both, coated, np.float32(0)), is_coat & both, is_rough, chance)
+    return SampledMicrofacets(rays, at, t, np.where(both, coated, np.float32(0)), is_coat & both, is_rough, chance)
 
 
 def _repeated(

@@ -11,7 +11,7 @@ import numpy as np
 from ...scene import Float32
 from ..core.rays import traceable
 from ..core.sampler import disk
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import Index, dot, flatnonzero, normalize, orthonormal_basis, take
 from ..geometry.aggregate import PrimitiveSet
 from ..prepare.compiled import CompiledScene
@@ -21,7 +21,7 @@ DIMENSION = np.uint32(0x6C8E9CF5)
 """Of the sampler."""
 
 
-def open_share(scene: CompiledScene, occluders: PrimitiveSet, hit: Interaction, index: Index, tally: Tally) -> Float32:
+def open_share(scene: CompiledScene, occluders: PrimitiveSet, hit: Interaction, index: Index, stats: Stats) -> Float32:
     """Share (m,) of the directions around the hits `index` in which nothing lies within `occlusion_distance`."""
     settings, draws = scene.settings, hit.draws
     assert draws is not None
@@ -37,6 +37,6 @@ def open_share(scene: CompiledScene, occluders: PrimitiveSet, hit: Interaction, 
         direction = normalize(direction - facing * (2 * np.minimum(dot(direction, facing), np.float32(0))))
         sound = flatnonzero(traceable(origin, direction))
         seen += 1
-        seen[sound] -= occluders.occluded(origin[:, sound], direction[:, sound], limit[sound], tally)
-    tally.add("occlusion", len(seen) * settings.occlusion_samples)
+        seen[sound] -= occluders.occluded(origin[:, sound], direction[:, sound], limit[sound], stats)
+    stats.add("occlusion", len(seen) * settings.occlusion_samples)
     return seen * np.float32(1 / settings.occlusion_samples)

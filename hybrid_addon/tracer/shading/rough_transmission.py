@@ -15,7 +15,7 @@ import numpy as np
 from ...scene import Float32, Float64
 from ..core.constants import LEAST_COSINE, MIRROR_ROUGHNESS
 from ..core.rays import Rays
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import ALL, Array, Index, dot, flatnonzero, normalize
 from ..emitters.lights import CompiledLight, shadow_rays
 from ..prepare.compiled import CompiledScene
@@ -26,7 +26,7 @@ from .shadows import visibility
 from .spawn import share_out
 
 
-def through_rough_glass(scene: CompiledScene, rays: Rays, at: Interaction, tally: Tally) -> list[tuple[Index, Float32]]:
+def through_rough_glass(scene: CompiledScene, rays: Rays, at: Interaction, stats: Stats) -> list[tuple[Index, Float32]]:
     """Which of the hits (n,) of rays refract light of lamps out of rough glass, and its radiance (3, m)."""
     lamps = [light for light in scene.lights if light.light.transmission > 0]
     if not lamps or not scene.plan.refraction or scene.settings.rough_samples == 0:
@@ -49,7 +49,7 @@ def through_rough_glass(scene: CompiledScene, rays: Rays, at: Interaction, tally
             seen *= lamp.receives.take(at.prim)
         lit = flatnonzero(seen > 0)
         if len(lit):
-            radiance[:, lit] += _seen(scene, at.take(lit), lamp, lamp.color * seen[lit], tally)
+            radiance[:, lit] += _seen(scene, at.take(lit), lamp, lamp.color * seen[lit], stats)
     return [(index[leaves], split.transmitted[:, leaves] * radiance)]
 
 
@@ -63,7 +63,7 @@ def _lobe(at: Interaction, cos_i: Float64, eta: Float64) -> Lobe:
     return ggx_lobe(reflect(out, -n).astype(np.float32), -at.n_shading, roughness)
 
 
-def _seen(scene: CompiledScene, at: Interaction, lamp: CompiledLight, light: Float32, tally: Tally) -> Array:
+def _seen(scene: CompiledScene, at: Interaction, lamp: CompiledLight, light: Float32, stats: Stats) -> Array:
     """Light (3, n) of a lamp, as far as it comes through to the outer sides of hits."""
     if not (lamp.light.cast_shadow and scene.plan.shadows):
         return light
@@ -71,4 +71,4 @@ def _seen(scene: CompiledScene, at: Interaction, lamp: CompiledLight, light: Flo
     square = at.draws.square(lamp.key, 0, 1) if at.draws is not None and is_spread else None
     wi, distance = shadow_rays(lamp, at.inner(ALL), -at.n_geometric, square)
     inside = np.zeros(len(at.prim), bool)
-    return light * visibility(scene, scene.blockers(lamp), wi, distance, at.inner(ALL), inside, None, tally)
+    return light * visibility(scene, scene.blockers(lamp), wi, distance, at.inner(ALL), inside, None, stats)

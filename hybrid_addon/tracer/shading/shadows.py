@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from ...scene import Float32
 from ..core.constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
 from ..core.rays import offset_origin, origin_offset, traceable
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import ALL, Array, Index, count, flatnonzero, select, take, write
 from ..emitters.lights import CompiledLight, shadow_rays
 from ..geometry.aggregate import Hits
 from ..geometry.flatten import Geometry
 from ..media.nested import Stack, transmittance
-from ..prepare.compiled import Blockers, CompiledScene
+from ..prepare.compiled import CompiledScene, ShadowCasters
 from .evaluate import resolve_crossings
 from .interaction import Interaction, shadow_origin
 from .scattering import both_faces, fresnel_dielectric, simple_caustic
@@ -60,7 +60,7 @@ class _Beam:
     media  : (rows, m), the solids around their origins.
     """
 
-    blockers: Blockers
+    blockers: ShadowCasters
     wanted: Index
     origin: Float32
     inside: Bools
@@ -73,7 +73,7 @@ class _Beam:
 
 
 def visible_shares(
-    scene: CompiledScene, hit: Interaction, origins: Origins, asked: list[tuple[CompiledLight, Index]], tally: Tally
+    scene: CompiledScene, hit: Interaction, origins: Origins, asked: list[tuple[CompiledLight, Index]], stats: Stats
 ) -> Iterator[Array]:
     """What share, (m,) or (3, m), of each light gets to the hits that it may reach: the mean over shadow samples.
 
@@ -86,7 +86,7 @@ def visible_shares(
         for (light, wanted), n in zip(asked, squares, strict=True)
         for beam in _beams(scene, hit, light, wanted, take(origins.origin, wanted), n)
     )
-    seen = _visibilities(scene, hit, beams, tally)
+    seen = _visibilities(scene, hit, beams, stats)
     for n in squares:
         yield next(seen) if n <= 1 else np.asarray(sum(islice(seen, n)) / np.float32(n), np.float32)
 
@@ -112,25 +112,25 @@ def _beams(
         yield _Beam(blockers, wanted, origin, inside, *shadow_rays(light, origin, normal, square), media)
 
 
-def _visibilities(scene: CompiledScene, hit: Interaction, beams: Iterable[_Beam], tally: Tally) -> Iterator[Array]:
+def _visibilities(scene: CompiledScene, hit: Interaction, beams: Iterable[_Beam], stats: Stats) -> Iterator[Array]:
     """What each of some beams lets through. Those that the same things may block go together while they are few."""
     waiting: list[_Beam] = []
     for beam in beams:
         if waiting and (beam.blockers is not waiting[0].blockers or sum(map(len, waiting)) + len(beam) > TOGETHER):
-            yield from _visibility_of(scene, hit, waiting, tally)
+            yield from _visibility_of(scene, hit, waiting, stats)
             waiting = []
         waiting.append(beam)
     if waiting:
-        yield from _visibility_of(scene, hit, waiting, tally)
+        yield from _visibility_of(scene, hit, waiting, stats)
 
 
-def _visibility_of(scene: CompiledScene, hit: Interaction, beams: list[_Beam], tally: Tally) -> Iterator[Array]:
+def _visibility_of(scene: CompiledScene, hit: Interaction, beams: list[_Beam], stats: Stats) -> Iterator[Array]:
     """The same of beams with the same blockers, in one question."""
     names = "wi", "distance", "origin", "inside"
     wi, distance, origin, inside = (_joined([getattr(b, name) for b in beams]) for name in names)
     media = _joined([b.media for b in beams if b.media is not None]) if beams[0].media is not None else None
     cut = None if hit.cut is None else np.zeros(len(distance), bool)
-    share, start = visibility(scene, beams[0].blockers, wi, distance, origin, inside, media, tally, cut), 0
+    share, start = visibility(scene, beams[0].blockers, wi, distance, origin, inside, media, stats, cut), 0
     for beam in beams:
         part = slice(start, start + len(beam))
         start = part.stop
@@ -146,13 +146,13 @@ def _joined(parts: list[Array]) -> Array:
 
 def visibility(
     scene: CompiledScene,
-    blockers: Blockers,
+    blockers: ShadowCasters,
     wi: Float32,
     distance: Float32,
     origin: Float32,
     inside: Bools,
     media: Stack | None,
-    tally: Tally,
+    stats: Stats,
     cut: Bools | None = None,
 ) -> Array:
     """What share, (n,) or (3, n), of the light `distance` (n,) along wi (3, n) gets to the origins (3, n).
@@ -165,22 +165,22 @@ def visibility(
     sound = select(is_open)
     if cut is not None and not isinstance(sound, slice):
         cut |= ~is_open
-    tally.add("dropped", len(is_open) - count(sound, len(is_open)))
-    tally.add("shadow", count(sound, len(is_open)))
+    stats.add("dropped", len(is_open) - count(sound, len(is_open)))
+    stats.add("shadow", count(sound, len(is_open)))
     is_blocked = is_open.copy()
     if scene.plan.any_hit and media is None:
         # Most rays meet nothing: only the others have to be told by what. But the way through a solid may absorb.
         asked = select(is_open & ~inside) if blockers.tints else sound
         o, d, t = take(origin, asked), take(wi, asked), take(t_max, asked)
-        is_blocked[asked] = blockers.casts.occluded(o, d, t, tally)
+        is_blocked[asked] = blockers.casts.occluded(o, d, t, stats)
         is_open &= ~is_blocked
-        tally.add("any_hit", np.count_nonzero(is_open) if blockers.tints else count(asked, len(is_open)))
+        stats.add("any_hit", np.count_nonzero(is_open) if blockers.tints else count(asked, len(is_open)))
         if not blockers.tints:
             return is_open
     blocked = select(is_blocked)
     media = None if media is None else take(media, blocked)
     way = take(origin, blocked), take(wi, blocked), take(t_max, blocked)
-    passed, exhausted = _transmittance(scene, blockers, *way, media, tally)
+    passed, exhausted = _transmittance(scene, blockers, *way, media, stats)
     if cut is not None and len(exhausted):
         cut[exhausted if isinstance(blocked, slice) else blocked[exhausted]] = True
     if isinstance(blocked, slice):
@@ -193,12 +193,12 @@ def visibility(
 
 def _transmittance(
     scene: CompiledScene,
-    blockers: Blockers,
+    blockers: ShadowCasters,
     origin: Float32,
     wi: Float32,
     t_max: Float32,
     media: Stack | None,
-    tally: Tally,
+    stats: Stats,
 ) -> tuple[Float32, Numbers]:
     """Product (3, n) over the surfaces on straight shadow rays of (1-r)(1-o)(1-F) transmission_tint: 0 for opaque ones.
 
@@ -212,8 +212,8 @@ def _transmittance(
     active, d, reach = np.arange(wi.shape[1]), wi, t_max.astype(np.float64)
     left = None if media is None or absorption is None else result
     for _ in range(MAX_SHADOW_CROSSINGS):
-        tally.add("shadow_steps", len(active))
-        hits = blockers.casts.nearest(origin, d, tally)
+        stats.add("shadow_steps", len(active))
+        hits = blockers.casts.nearest(origin, d, stats)
         crosses = hits.t < reach
         ends = crosses & blockers.opaque.take(hits.prim, mode="wrap")
         if left is not None and media is not None and absorption is not None:
@@ -238,7 +238,7 @@ def _transmittance(
         if count(alive, len(active)) == 0:
             return result, active[:0]
         if media is not None:
-            media = take(scene.media.cross(take(media, crossed), prim, entering, Tally()), alive)
+            media = take(scene.media.cross(take(media, crossed), prim, entering, Stats()), alive)
         active, d, left, hits = active[alive], take(d, alive), take(left, alive), hits.take(alive)
         point = d * hits.t
         point += take(origin, alive)
@@ -247,7 +247,7 @@ def _transmittance(
         offset *= np.sign(hits.toward).astype(np.float32)
         origin = offset_origin(point, hits.normal, offset)
     write(result, active, 0)
-    tally.add("shadow_crossings_exhausted", len(active))
+    stats.add("shadow_crossings_exhausted", len(active))
     return result, active
 
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from ...scene import Float32, Float64
 from ..core.constants import MAX_STRAIGHT_PASSES, MIRROR_ROUGHNESS
 from ..core.rays import NO_BRANCH, REFLECTED_RAY, REFLECTION, REFRACTION, TRANSMITTED_RAY, Rays
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import Index, count, flatnonzero, largest_component, most, normalize, put, select, take
 from ..film.ended_rays import count_ended, in_units
 from ..film.path_hash import REFLECTED, TRANSMITTED, child_path
-from ..film.samples import Sums
+from ..film.samples import SampleBuffer
 from ..prepare.compiled import CompiledScene
 from .interaction import Interaction
 from .microfacets import are_blurred, roughen
@@ -47,7 +47,9 @@ class Split:
             self.transmitted *= np.where(self.bends, np.float32(factor), np.float32(1))
 
 
-def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: Sums, tally: Tally) -> list[Rays]:
+def spawn(
+    scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sample_buffer: SampleBuffer, stats: Stats
+) -> list[Rays]:
     """The next wave: reflected, then refracted, then straight rays, each kind in the order of its hits."""
     plan = scene.plan
     if not (plan.reflection or plan.refraction):
@@ -61,9 +63,9 @@ def spawn(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, sums: S
         split.unlit = at.has_highlight & drawn.is_rough
     blurred = are_blurred(scene, at)
     if blurred is not None:
-        _add_blurred(scene, rays, at, split, blurred, sums)
-    reflect_too, transmit_too = _followed(scene, rays, at, split, sums, tally)
-    return children(scene, rays, at, t, split, reflect_too, transmit_too, tally)
+        _add_blurred(scene, rays, at, split, blurred, sample_buffer)
+    reflect_too, transmit_too = _followed(scene, rays, at, split, sample_buffer, stats)
+    return children(scene, rays, at, t, split, reflect_too, transmit_too, stats)
 
 
 def children(
@@ -74,17 +76,17 @@ def children(
     split: Split,
     reflect_too: Bools,
     transmit_too: Bools,
-    tally: Tally,
+    stats: Stats,
 ) -> list[Rays]:
     """The rays that hits (n,) send on as they share out, where they are to."""
     waves = []
     mirrored, bent, through = reflect_too, transmit_too & split.bends, transmit_too & ~split.bends
     if scene.plan.reflection and mirrored.any():
-        waves.append(_reflected(rays, at, split, select(mirrored), tally))
+        waves.append(_reflected(rays, at, split, select(mirrored), stats))
     if scene.plan.refraction and bent.any():
-        waves.append(_refracted(scene, rays, at, split, select(bent), tally))
+        waves.append(_refracted(scene, rays, at, split, select(bent), stats))
     if scene.plan.refraction and through.any():
-        waves.append(_straight(scene, rays, at, split, select(through), t, tally))
+        waves.append(_straight(scene, rays, at, split, select(through), t, stats))
     return waves or [rays.take(flatnonzero(mirrored))]
 
 
@@ -119,7 +121,9 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
     )
 
 
-def _add_blurred(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, blurred: Bools, sums: Sums) -> None:
+def _add_blurred(
+    scene: CompiledScene, rays: Rays, at: Interaction, split: Split, blurred: Bools, sample_buffer: SampleBuffer
+) -> None:
     """Let hits whose base is `blurred` (n,) show the world's blurred image: in the mirror's direction, and straight on.
 
     What is left to rays is what a smooth coat reflects, and what goes straight on.
@@ -133,13 +137,13 @@ def _add_blurred(scene: CompiledScene, rays: Rays, at: Interaction, split: Split
         n = reflecting_normal(wo, take(at.n_shading, index), take(at.n_geometric, index))
         light = (take(split.reflected, index) - sharp) * scene.world.glossy(mirrored(wo, n, roughness), roughness)
         light += take(split.transmitted, index) * take(split.bends, index) * scene.world.glossy(-wo, roughness)
-        sums.add_radiance(take(rays.sample, index), light, take(rays.branch, index))
+        sample_buffer.add_radiance(take(rays.sample, index), light, take(rays.branch, index))
     split.reflected = put(split.reflected, index, sharp)
     split.transmitted = np.where(blurred & split.bends, np.float32(0), split.transmitted)
 
 
 def _followed(
-    scene: CompiledScene, rays: Rays, at: Interaction, split: Split, sums: Sums, tally: Tally
+    scene: CompiledScene, rays: Rays, at: Interaction, split: Split, sample_buffer: SampleBuffer, stats: Stats
 ) -> tuple[Bools, Bools]:
     """Which reflected and which transmitted rays go on: those with a weight, within depth, worth their work.
 
@@ -151,22 +155,22 @@ def _followed(
     weightless = scene.plan.weightless
     reflected, transmitted = largest_component(split.reflected), largest_component(split.transmitted)
     if not weightless:
-        tally.add("weightless", 2 * len(rays) - np.count_nonzero(reflected) - np.count_nonzero(transmitted))
+        stats.add("weightless", 2 * len(rays) - np.count_nonzero(reflected) - np.count_nonzero(transmitted))
     place = scene.geometry.object.take(at.prim)
-    reflects = _within(rays, place, reflected, may_bounce, sums, weightless, tally)
-    transmits = _within(rays, place, transmitted, may_pass, sums, weightless, tally)
+    reflects = _within(rays, place, reflected, may_bounce, sample_buffer, weightless, stats)
+    transmits = _within(rays, place, transmitted, may_pass, sample_buffer, weightless, stats)
     weight = np.concatenate([reflected * reflects, transmitted * (transmits & (split.bends | ~rays.camera))])
     sample = np.concatenate([rays.sample, rays.sample])
-    ended = sums.cuttable(sample, weight)
+    ended = sample_buffer.cuttable(sample, weight)
     if ended.any():
-        tally.add("cut", np.count_nonzero(ended))
-        sums.add_residual(sample[ended], weight[ended])
-        tally.add("lost_to_cutoff", in_units(weight[ended]).sum())
+        stats.add("cut", np.count_nonzero(ended))
+        sample_buffer.add_residual(sample[ended], weight[ended])
+        stats.add("lost_to_cutoff", in_units(weight[ended]).sum())
         weight[ended] = 0
         reflects, transmits = reflects & ~ended[: len(rays)], transmits & ~ended[len(rays) :]
-    factor = sums.drawn(sample, weight)
+    factor = sample_buffer.drawn(sample, weight)
     if factor is not None:
-        tally.add("crowded", np.count_nonzero(factor == 0))
+        stats.add("crowded", np.count_nonzero(factor == 0))
         for light, changed, follows in zip(
             (split.reflected, split.transmitted), factor.reshape(2, -1), (reflects, transmits), strict=True
         ):
@@ -176,7 +180,13 @@ def _followed(
 
 
 def _within(
-    rays: Rays, place: NDArray[np.intp], weight: Float32, limit: Bools, sums: Sums, weightless: bool, tally: Tally
+    rays: Rays,
+    place: NDArray[np.intp],
+    weight: Float32,
+    limit: Bools,
+    sample_buffer: SampleBuffer,
+    weightless: bool,
+    stats: Stats,
 ) -> Bools:
     """The hits that may spawn a ray: a weight (n,) left, and within limits; what the limit cuts is residual.
 
@@ -185,8 +195,8 @@ def _within(
     wanted = (weight != 0) | weightless
     cut = flatnonzero(wanted & ~limit)
     if len(cut):
-        sums.add_residual(rays.sample[cut], weight[cut])
-        count_ended(place[cut], weight[cut], tally)
+        sample_buffer.add_residual(rays.sample[cut], weight[cut])
+        count_ended(place[cut], weight[cut], stats)
     return wanted & limit
 
 
@@ -219,12 +229,12 @@ def _child_branch(branch: NDArray[np.uint8], kind: np.uint32) -> NDArray[np.uint
     return np.where(branch == NO_BRANCH, new, branch)
 
 
-def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, tally: Tally) -> Rays:
+def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, stats: Stats) -> Rays:
     wo, normal = take(at.wo, index), take(at.n_shading, index)
     if at.n_shading is not at.n_geometric:
         normal = reflecting_normal(wo, normal, take(at.n_geometric, index))
     direction = normalize(reflect(wo, normal))
-    tally.add("reflected", direction.shape[1])
+    stats.add("reflected", direction.shape[1])
     child = _child(rays, at, index, take(at.outer, index), direction, split.reflected, True)
     child.unlit = take(split.unlit, index)
     if at.sides is not None:
@@ -232,31 +242,31 @@ def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, tally: T
     return child
 
 
-def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, tally: Tally) -> Rays:
+def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, stats: Stats) -> Rays:
     wo, n_shading = take(at.wo, index), take(at.n_shading, index)
     cos_i, eta = take(split.cos_i, index), take(split.eta, index)
     bent = refract(wo.astype(np.float64), n_shading.astype(np.float64), cos_i, eta)
     direction = normalize(bent).astype(np.float32)
     if at.n_shading is not at.n_geometric:
         direction = keep_outside(direction, -take(at.n_geometric, index), wo)
-    tally.add("refracted", direction.shape[1])
+    stats.add("refracted", direction.shape[1])
     child = _child(rays, at, index, at.inner(index), direction, split.transmitted, False)
     if scene.plan.rough and scene.plan.specular:
         child.unlit = child.unlit | take(at.glows, index)
-    child.media = _beyond(scene, child.media, at, index, tally)
+    child.media = _beyond(scene, child.media, at, index, stats)
     return child
 
 
 def _beyond(
-    scene: CompiledScene, media: NDArray[np.int32], at: Interaction, index: Index, tally: Tally
+    scene: CompiledScene, media: NDArray[np.int32], at: Interaction, index: Index, stats: Stats
 ) -> NDArray[np.int32]:
     """Media (rows, m) of rays that go on behind the hits `index`, from those before."""
-    media = scene.media.cross(media, take(at.prim, index), take(at.entering, index), tally)
+    media = scene.media.cross(media, take(at.prim, index), take(at.entering, index), stats)
     return media if at.sides is None else at.sides.amend(media, index, beyond=True)
 
 
 def _straight(
-    scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, t: Float64, tally: Tally
+    scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, t: Float64, stats: Stats
 ) -> Rays:
     """Rays through index-matched surfaces: the same ray goes on behind, and no bounce is spent."""
     child = _child(rays, at, index, at.inner(index), take(rays.direction, index), split.transmitted, False)
@@ -264,6 +274,6 @@ def _straight(
     child.passes = child.passes + np.int16(1)
     child.t_max = (take(rays.t_max, index) - take(t, index)).astype(np.float32)
     child.kind, child.receiver = take(rays.kind, index), take(rays.receiver, index)
-    child.media = _beyond(scene, child.media, at, index, tally)
-    tally.add("straight", len(child))
+    child.media = _beyond(scene, child.media, at, index, stats)
+    stats.add("straight", len(child))
     return child

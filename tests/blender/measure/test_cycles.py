@@ -145,7 +145,7 @@ def pictures(addon):
 
 
 def regions(scene):
-    """Which pixels each flagged object fills, without its outline: it alone, white, to the tracer's own camera."""
+    """Which pixels each ray traced object fills, without its outline: it alone, white, to the tracer's own camera."""
     found = {}
     for name in FLAGGED:
         for other in scene.objects:
@@ -180,9 +180,9 @@ def test_nothing_is_mirrored(pictures, name):
 
 
 def test_the_rest_agrees_too(pictures):
-    flagged = np.any(list(pictures.regions.values()), axis=0)
-    error = (pictures.ours - pictures.cycles)[~flagged]
-    assert abs(error.mean()) < TOLERANCE * pictures.cycles[~flagged].mean()
+    ray_traced = np.any(list(pictures.regions.values()), axis=0)
+    error = (pictures.ours - pictures.cycles)[~ray_traced]
+    assert abs(error.mean()) < TOLERANCE * pictures.cycles[~ray_traced].mean()
 
 
 def save(pictures, request):

@@ -62,7 +62,7 @@ def test_only_ticks_are_set_and_what_is_ticked_is_whole(name):
 def test_a_scene_is_drawn_once_and_cycles_samples_add_up(addon, tmp_path, monkeypatch):
     size, folder = (24, 18), tmp_path / "studio_balls"
     found = draw.Drawing(SCENES["studio_balls"], size, 1, folder).draw(2)
-    assert found["cycles samples"] == 2 and 0.1 < found["flagged"] < 0.5
+    assert found["cycles samples"] == 2 and 0.1 < found["ray traced"] < 0.5
     assert found["hybrid rmse"] > 0 and found["noise"] > 0
     assert (folder / "sheet.png").exists()
 

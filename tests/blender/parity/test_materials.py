@@ -40,7 +40,7 @@ def material(name):
 
 
 def both(b_scene, samples=None):
-    """(EEVEE's picture, the traced one), (h, w, 3), with every mesh flagged."""
+    """(EEVEE's picture, the traced one), (h, w, 3), with every mesh ray traced."""
     hybrid_addon.enable(b_scene)
     for b_object in b_scene.objects:
         if b_object.type == "MESH":

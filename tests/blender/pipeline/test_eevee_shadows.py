@@ -25,7 +25,7 @@ def ball(name, x, opacity):
 
 @pytest.fixture(scope="module")
 def rendered(addon):
-    """An opaque ball, one that dims light by half at each face, and an opaque one in a flagged collection instance."""
+    """Balls: opaque, dimming light by half at each face, and an opaque one in a ray traced collection instance."""
     bpy.ops.wm.read_factory_settings()
     scene = bpy.context.scene
     bpy.data.objects.remove(bpy.data.objects["Cube"])

@@ -28,7 +28,7 @@ def child(parent, name):
 def traced(scene):
     """By the translator; the pipeline and what it holds out must say the same."""
     shown = {o for o, i in zip(*_owners(scene), strict=True) if i.ray_traced}
-    assert {ob.name for ob in scene_setup.flagged_objects(scene)} == shown
+    assert {ob.name for ob in scene_setup.ray_traced_objects(scene)} == shown
     if scene.hybrid.enabled:
         assert {ob.name for ob in scene_setup.own_collection(scene).objects} == shown
     return shown

@@ -123,7 +123,7 @@ def test_flagged_objects_are_held_out_in_the_mask_layer_only(scene):
     assert source.use and mask.use
     unmark(cube)
     assert len(scene_setup.own_collection(scene).objects) == 0
-    assert source.use and not mask.use  # nothing flagged: EEVEE alone
+    assert source.use and not mask.use  # nothing ray traced: EEVEE alone
 
 
 def test_an_object_that_the_user_hid_stays_hidden(scene):

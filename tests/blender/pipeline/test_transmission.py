@@ -89,8 +89,8 @@ MATERIALS = {
 def found_by_translator(scene):
     """Whether any surface that a ray traced instance wears lets light through."""
     ours = scan.translated(scene).scene
-    worn = [ours.surfaces[s] for i in ours.instances if i.ray_traced for s in i.surfaces]
-    return any(all(isinstance(v, Expression) or v < 1 for v in (s.opacity, s.reflectivity)) for s in worn)
+    assigned = [ours.surfaces[s] for i in ours.instances if i.ray_traced for s in i.surfaces]
+    return any(all(isinstance(v, Expression) or v < 1 for v in (s.opacity, s.reflectivity)) for s in assigned)
 
 
 def agrees(scene, expected):

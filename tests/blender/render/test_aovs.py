@@ -23,7 +23,7 @@ def sockets(scene):
 
 @pytest.fixture(scope="module")
 def rendered(addon):
-    """A flagged cube and a flagged smooth sphere before a floor; the file is multilayer EXR, so EEVEE draws all."""
+    """A ray traced cube and smooth sphere before a floor; the file is multilayer EXR, so EEVEE draws all."""
     bpy.ops.wm.read_factory_settings()
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y, scene.eevee.taa_render_samples = 96, 72, 8
@@ -82,9 +82,9 @@ def test_cryptomatte_of_the_flagged_objects_is_their_mask(rendered):
     levels = [rendered.eevee[name] for name in sorted(rendered.eevee) if name.startswith("CryptoObject")]
     ids = np.concatenate([level[..., 0::2] for level in levels], axis=-1).view(np.uint32)
     coverage = np.concatenate([level[..., 1::2] for level in levels], axis=-1)
-    flagged = np.unique(ids[..., 0][rendered.mask > 0.999])
-    assert len(flagged) == 2
-    matte = np.where(np.isin(ids, flagged), coverage, 0).sum(axis=-1)
+    ray_traced = np.unique(ids[..., 0][rendered.mask > 0.999])
+    assert len(ray_traced) == 2
+    matte = np.where(np.isin(ids, ray_traced), coverage, 0).sum(axis=-1)
     off = np.abs(matte - rendered.mask)
     assert off.mean() < 0.005, off.mean()
     assert off.max() < 0.2, off.max()  # EEVEE gives Cryptomatte no pixel filter

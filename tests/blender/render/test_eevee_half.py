@@ -11,7 +11,8 @@ import pytest
 
 import hybrid_addon as hybrid
 from hybrid_addon import tracer
-from hybrid_addon.blender.pipeline import scene_setup, view_layers
+from hybrid_addon.blender import view_layers
+from hybrid_addon.blender.pipeline import scene_setup
 from hybrid_addon.blender.render import eevee_half, images
 from hybrid_addon.tracer.core.constants import NO_DEPTH
 
@@ -35,7 +36,7 @@ def wall(name, left, right):
 
 @pytest.fixture(scope="module")
 def rendered(addon):
-    """A flagged mirror floor before a wall: its left half plain and diffuse, its right half as no tracer knows it."""
+    """A ray traced mirror floor before a wall: left half plain and diffuse, right half as no tracer knows it."""
     bpy.ops.wm.read_factory_settings()
     scene = bpy.context.scene
     bpy.data.objects.remove(bpy.data.objects["Cube"])

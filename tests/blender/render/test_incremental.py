@@ -8,7 +8,7 @@ import pytest
 
 from hybrid_addon.blender.api import disable, mark, render
 from hybrid_addon.blender.render import caches
-from hybrid_addon.blender.sync import Kept, translate
+from hybrid_addon.blender.sync import MeshCache, translate
 from hybrid_addon.blender.sync.cache import MAX_BYTES
 
 pytestmark = pytest.mark.blender
@@ -76,7 +76,7 @@ def test_an_animation_translates_and_builds_only_what_changes(still_life):
     assert not kept(first)
     second = both(still_life, 2)  # the cube moves, the modifier rests
     assert kept(second)["meshes"] == 3 and kept(second)["images"] == 1
-    assert kept(second)["triangles made ready"] == second.report["triangles"] - 12
+    assert kept(second)["triangles prepared"] == second.report["triangles"] - 12
     assert next(row for row in second.report["plan"] if row["name"] == "unchanged")["applies"]
     assert kept(both(still_life, 4))["meshes"] == 2  # the modifier has changed the ball
     assert kept(both(still_life, 2))["meshes"] == 2  # backwards
@@ -190,7 +190,7 @@ def test_a_picture_that_lives_in_blender_is_kept_until_it_changes(still_life, ch
 
 
 def test_what_is_kept_of_meshes_and_images_is_bounded(still_life):
-    left = Kept()
+    left = MeshCache()
     left.keep_image("large", np.broadcast_to(np.float32(0), (MAX_BYTES // 4 + 1,)))
     left.end()
     left.begin()
@@ -203,7 +203,7 @@ def test_a_preview_learns_what_moves(still_life):
         scene = translate(depsgraph, still_life, (8, 8), (0, 0, 8, 8), kept=left).scene
         return {instance.name for instance in scene.instances if instance.moves}
 
-    left = Kept(learns=True)
+    left = MeshCache(learns=True)
     assert moving() == {"Cube", "Ball"}  # they have keyframes
     bpy.data.objects["Floor"].location.z -= 0.25
     assert moving() == {"Cube", "Ball", "Floor"} == moving()

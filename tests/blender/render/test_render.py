@@ -80,7 +80,7 @@ GLOW, SKY = 0.5, 4.0
 
 
 def glow_sphere():
-    """A flagged sphere of one radiance, so that the right colour of each edge pixel is known in closed form."""
+    """A ray traced sphere of one radiance, so that the right colour of each edge pixel is known in closed form."""
     bpy.ops.mesh.primitive_uv_sphere_add(radius=1.5)
     material = bpy.data.materials.new("Glow")
     material.use_nodes = True

@@ -1,4 +1,4 @@
-"""Both switches of a material's Backface Culling, as EEVEE draws them, in Full mode and with everything flagged."""
+"""Both switches of a material's Backface Culling, as EEVEE draws them, in Full mode and with everything ray traced."""
 
 from __future__ import annotations
 

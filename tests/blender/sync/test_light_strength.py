@@ -22,7 +22,7 @@ BALLS = {"matte": (0.0, 1.0), "mirror": (1.0, 0.0), "plastic": (0.0, 0.4)}  # me
 
 @pytest.fixture(scope="module")
 def studio(addon):
-    """Three balls that hang side by side, flagged."""
+    """Three balls that hang side by side, ray traced."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     kinds = {item.identifier for item in scene.render.bl_rna.properties["engine"].enum_items}

@@ -125,7 +125,7 @@ def test_a_picture_of_shared_meshes_is_that_of_copies_exact(scene):
             b_object.data = b_object.data.copy()
     copies = translation(scene)
     assert (shared.counts["meshes"], copies.counts["meshes"]) == (1, 3)
-    films = [trace(found.scene, Settings(samples=2, see="ALL", threads=1)) for found in (shared, copies)]
+    films = [trace(found.scene, Settings(samples=2, camera_sees="ALL", threads=1)) for found in (shared, copies)]
     np.testing.assert_array_equal(films[0].radiance, films[1].radiance)
     assert films[0].rays == films[1].rays and films[0].radiance.any()
 
@@ -138,20 +138,20 @@ def test_modifiers_are_applied_and_give_the_object_a_mesh_of_its_own(scene):
     assert sorted(len(mesh.triangles) for mesh in result.scene.meshes) == [12, 60]
 
 
-@pytest.mark.parametrize("flagged", ["Cube", "Instancer", None])
-def test_collection_instances_are_flagged_by_their_instancer(scene, flagged):
+@pytest.mark.parametrize("ray traced", ["Cube", "Instancer", None])
+def test_collection_instances_are_flagged_by_their_instancer(scene, ray_traced):
     """As EEVEE holds them out: an instance takes the holdout of what instances it, not of the object shown."""
     b_empty = collection_instance(bpy.data.objects["Cube"])
     b_empty.location = (1, 2, 3)
-    if flagged:
-        b_hybrid = bpy.data.objects[flagged].hybrid
+    if ray_traced:
+        b_hybrid = bpy.data.objects[ray_traced].hybrid
         b_hybrid.ray_traced, b_hybrid.surface, b_hybrid.reflectivity = True, "CUSTOM", 0.75
     result = translation(scene)
     (instance,) = result.scene.instances
-    assert instance.ray_traced is (flagged == "Instancer")
-    assert any("tick 'Instancer'" in warning for warning in result.warnings) is (flagged == "Cube")
+    assert instance.ray_traced is (ray_traced == "Instancer")
+    assert any("tick 'Instancer'" in warning for warning in result.warnings) is (ray_traced == "Cube")
     assert instance.matrix_world[:3, 3].tolist() == [1, 2, 3]
-    assert result.scene.surfaces[instance.surfaces[0]].reflectivity == (0.75 if flagged else 0.0)
+    assert result.scene.surfaces[instance.surfaces[0]].reflectivity == (0.75 if ray_traced else 0.0)
 
 
 def test_lights_are_instanced_too(scene):

@@ -47,7 +47,7 @@ def test_a_pane_passes_its_transmittance(build, floor, light, projection):
     pane = (build.box((1, -2, 3), (3, 2, 3.01)), build.glass(1.5))
     film = trace(scene_of(build, floor, pane, lights=(light,), projection=projection), SETTINGS)
     bare = scene_of(build, floor, lights=(light,), projection=projection)
-    unshadowed = trace(bare, replace(SETTINGS, see="ALL", raster_shadows=False)).radiance * np.pi / 0.8
+    unshadowed = trace(bare, replace(SETTINGS, camera_sees="ALL", raster_shadows=False)).radiance * np.pi / 0.8
     x, y = places(6.0)
     one = np.ones_like(x)
     way = np.array([one, 0 * one, one] if light.name == "sun" else [6 - x, -y, 6 * one])

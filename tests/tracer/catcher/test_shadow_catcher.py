@@ -1,4 +1,4 @@
-"""Shadows of flagged objects on everything else: `Film.shadow`."""
+"""Shadows of ray traced objects on everything else: `Film.shadow`."""
 
 from dataclasses import replace
 
@@ -53,10 +53,10 @@ def test_an_opaque_ball_casts_the_shadow_that_the_tracer_draws(build, floor, sam
     scene = scene_of(build, floor, spheres=(ball,), surfaces=(floor[1], build.matte()), world=World((0.3, 0.2, 0.1)))
     settings = replace(SETTINGS, samples=samples)
     film = trace(scene, settings)
-    flagged = replace(scene, instances=tuple(replace(i, ray_traced=True) for i in scene.instances))
-    with_ball = trace(flagged, replace(settings, raster_shadows=False)).radiance
+    ray_traced = replace(scene, instances=tuple(replace(i, ray_traced=True) for i in scene.instances))
+    with_ball = trace(ray_traced, replace(settings, raster_shadows=False)).radiance
     hidden = replace(ball, visibility=replace(ball.visibility, shadow=False))
-    without = trace(replace(flagged, spheres=(hidden,)), replace(settings, raster_shadows=False)).radiance
+    without = trace(replace(ray_traced, spheres=(hidden,)), replace(settings, raster_shadows=False)).radiance
     seen = film.coverage == 0
     np.testing.assert_allclose(film.shadow[seen], (with_ball / without)[seen], rtol=1e-5)
     darkest = film.shadow[seen].min(axis=0)
@@ -126,8 +126,8 @@ def test_what_casts_no_shadow_costs_nothing(build, floor):
     assert (film.shadow == 1).all()
     assert film.rays == trace(scene, replace(SETTINGS, raster_shadows=False)).rays
     assert any(row["name"] == "raster-shadows" and row["applies"] for row in film.plan)
-    kept = trace(scene, replace(SETTINGS, keep=frozenset({"raster-shadows"})))
-    np.testing.assert_array_equal(film.shadow, kept.shadow)
+    cache = trace(scene, replace(SETTINGS, keep=frozenset({"raster-shadows"})))
+    np.testing.assert_array_equal(film.shadow, cache.shadow)
 
 
 def test_objects_out_of_sight_cast_shadows_too(build, floor):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hybrid_addon.scene import Expression, PointLight, Scene, Settings, Surface, Texture, Visibility, World, WorldSun
-from hybrid_addon.tracer import Kept, trace
+from hybrid_addon.tracer import SceneCache, trace
 from hybrid_addon.tracer.core.cache import key_of
 from hybrid_addon.tracer.emitters.world import CompiledWorld
 from hybrid_addon.tracer.geometry import embree, trees
@@ -68,9 +68,9 @@ def rougher(scene: Scene) -> Scene:
 CHANGES = {
     "nothing": lambda s: s,
     "what moves moved": lambda s: moved(s, 3, 0.1),
-    "a flagged object moved": lambda s: moved(s, 1, 0.25),
-    "a flagged object that moves moved": lambda s: moved(with_instance(s, 1, moves=True), 1, 0.25),
-    "a flagged object far away": lambda s: moved(s, 1, 25),
+    "a ray traced object moved": lambda s: moved(s, 1, 0.25),
+    "a ray traced object that moves moved": lambda s: moved(with_instance(s, 1, moves=True), 1, 0.25),
+    "a ray traced object far away": lambda s: moved(s, 1, 25),
     "a mesh edited": edited,
     "a surface changed": recoloured,
     "an object deleted": deleted,
@@ -106,38 +106,38 @@ def divided(request, monkeypatch):
 @pytest.mark.parametrize("change", CHANGES)
 def test_a_changed_scene_looks_as_from_a_fresh_start(build, change, divided):
     """There and back again: each frame finds what the one before has left."""
-    kept, first = Kept(), start(build)
+    cache, first = SceneCache(), start(build)
     for scene in (first, CHANGES[change](first), first, first):
-        film = trace(scene, SETTINGS, kept=kept)
+        film = trace(scene, SETTINGS, cache=cache)
         same(film, trace(scene, SETTINGS))
-        same(film, trace(scene, replace(SETTINGS, keep=frozenset({"unchanged"})), kept=kept))
+        same(film, trace(scene, replace(SETTINGS, keep=frozenset({"unchanged"})), cache=cache))
 
 
 def test_only_what_moved_is_made_ready_and_built(build, divided, monkeypatch):
-    kept, scene = Kept(), start(build)
-    trace(scene, SETTINGS, kept=kept)
+    cache, scene = SceneCache(), start(build)
+    trace(scene, SETTINGS, cache=cache)
     built, init = [], embree.TriangleScene.__init__
     monkeypatch.setattr(embree.TriangleScene, "__init__", lambda self, *a: (init(self, *a), built.append(self.size))[0])
-    film = trace(moved(scene, 3, 0.1), SETTINGS, kept=kept)
+    film = trace(moved(scene, 3, 0.1), SETTINGS, cache=cache)
     everything = sum(len(scene.meshes[i.mesh].triangles) for i in scene.instances)
     box = len(scene.meshes[scene.instances[3].mesh].triangles)
-    assert found(film)["triangles made ready"] == everything - box
+    assert found(film)["triangles prepared"] == everything - box
     assert film.plan[2]["name"] == "unchanged" and film.plan[2]["applies"]
     assert set(built) <= {0, box} if divided else everything in built
     built.clear()
-    film = trace(moved(scene, 3, 0.1), replace(SETTINGS, samples=4), kept=kept)
-    assert found(film)["triangles made ready"] == everything and not any(built)
+    film = trace(moved(scene, 3, 0.1), replace(SETTINGS, samples=4), cache=cache)
+    assert found(film)["triangles prepared"] == everything and not any(built)
 
 
 def test_an_unchanged_world_is_kept(build, monkeypatch):
-    kept, scene = Kept(), start(build)
-    trace(scene, SETTINGS, kept=kept)
+    cache, scene = SceneCache(), start(build)
+    trace(scene, SETTINGS, cache=cache)
     made, init = [], CompiledWorld.__init__
     monkeypatch.setattr(CompiledWorld, "__init__", lambda self, *a: (made.append(1), init(self, *a))[1])
     sky = replace(SKY, uv_transform=SKY.uv_transform.copy())  # as a new frame has: the picture itself is kept
-    film = trace(with_world(scene, environment=sky, rotation=np.eye(3)), SETTINGS, kept=kept)
+    film = trace(with_world(scene, environment=sky, rotation=np.eye(3)), SETTINGS, cache=cache)
     assert found(film)["world"] == 1 and not made
-    trace(with_world(scene, environment=replace(SKY, pixels=SKY.pixels.copy())), SETTINGS, kept=kept)
+    trace(with_world(scene, environment=replace(SKY, pixels=SKY.pixels.copy())), SETTINGS, cache=cache)
     assert made
 
 
@@ -156,7 +156,7 @@ def test_a_key_tells_what_differs():
 
 
 def test_a_first_frame_finds_nothing(build):
-    film = trace(start(build), SETTINGS, kept=Kept())
+    film = trace(start(build), SETTINGS, cache=SceneCache())
     assert not found(film) and not film.plan[2]["applies"]
 
 
@@ -176,7 +176,7 @@ def test_at_equal_distance_the_lower_number_wins(build):
     quad = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
     scene = build.scene((quad, build.matte()), (quad, build.matte(), {"moves": True}))
     g = flatten(scene, [{}, {}])
-    tree = trees.trees_over(g, np.ones(4, bool), Kept(0), divided=True)
+    tree = trees.trees_over(g, np.ones(4, bool), SceneCache(0), divided=True)
     xy = np.random.default_rng(1).uniform(-0.9, 0.9, (2, 1000)).astype(np.float32)
     origin = np.concatenate([xy, np.ones((1, 1000), np.float32)])
     down = np.tile(np.array([[0], [0], [-1]], np.float32), (1, 1000))
@@ -193,16 +193,16 @@ def test_the_trees_do_not_depend_on_earlier_frames(build):
 
 
 def test_what_is_kept_is_bounded_and_goes(build):
-    kept, scene = Kept(limit=100), start(build)
+    cache, scene = SceneCache(limit=100), start(build)
     for _ in range(2):
-        assert not found(trace(scene, SETTINGS, kept=kept))
-    kept = Kept()
+        assert not found(trace(scene, SETTINGS, cache=cache))
+    cache = SceneCache()
     for x in range(4):
-        trace(moved(scene, 3, x), SETTINGS, kept=kept)
-    shapes = [key for key in kept._things[1] if isinstance(key, tuple) and key[0] == "shape"]
-    assert len(shapes) == len(scene.instances) and not kept._things[0] and not kept._trees[0]
-    kept.forget()
-    assert not found(trace(scene, SETTINGS, kept=kept))
+        trace(moved(scene, 3, x), SETTINGS, cache=cache)
+    shapes = [key for key in cache._things[1] if isinstance(key, tuple) and key[0] == "shape"]
+    assert len(shapes) == len(scene.instances) and not cache._things[0]
+    cache.forget()
+    assert not found(trace(scene, SETTINGS, cache=cache))
 
 
 def test_the_centre_follows_what_moves_in_steps_that_scale_with_the_scene(build):

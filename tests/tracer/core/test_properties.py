@@ -15,7 +15,7 @@ from hybrid_addon.tracer.core.sampler import disk
 from hybrid_addon.tracer.core.vectors import dot, normalize, orthonormal_basis
 from hybrid_addon.tracer.emitters.form_factors import form_factor
 from hybrid_addon.tracer.emitters.lights import range_window
-from hybrid_addon.tracer.film.samples import Sums
+from hybrid_addon.tracer.film.samples import SampleBuffer
 from hybrid_addon.tracer.geometry.aggregate import barycentrics
 from hybrid_addon.tracer.geometry.flatten import flatten
 from hybrid_addon.tracer.geometry.shapes import plane_distance, sphere_distance
@@ -301,16 +301,16 @@ def test_look_ups_lie_between_the_texels_and_repeat(seed, height, width, u, v, c
 @given(seeds, st.floats(1e-6, 0.5))
 def test_the_cutoff_never_spends_more_than_its_budget(seed, cutoff):
     rng = np.random.default_rng(seed)
-    sums = Sums.zeros(8, 2, cutoff, depth=5)
+    sample_buffer = SampleBuffer.zeros(8, 2, cutoff, depth=5)
     for wave in range(6):
         if wave:
-            sums.next_generation(np.arange(16))
+            sample_buffer.next_generation(np.arange(16))
         sample = rng.integers(0, 16, 60)
         weight = (10.0 ** rng.uniform(-9, 0, 60)).astype(np.float32)
-        cut = np.flatnonzero(sums.cuttable(sample, weight))
-        sums.add_residual(sample[cut], weight[cut])
-        assert (sums.spent <= sums.allowed(np.arange(16))).all()
-    assert (sums.residual <= cutoff * (1 + 1e-6)).all()
+        cut = np.flatnonzero(sample_buffer.cuttable(sample, weight))
+        sample_buffer.add_residual(sample[cut], weight[cut])
+        assert (sample_buffer.spent <= sample_buffer.allowed(np.arange(16))).all()
+    assert (sample_buffer.residual <= cutoff * (1 + 1e-6)).all()
 
 
 # ------------------------------------------------------------------------------------------------ pictures and nodes

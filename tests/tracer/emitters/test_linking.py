@@ -9,7 +9,7 @@ from hybrid_addon.scene import AreaLight, PointLight, Settings, Sphere, World
 from hybrid_addon.tracer import trace
 
 LAMP = PointLight("lamp", (0, -3, 4), (30, 30, 30))
-SETTINGS = Settings(samples=1, see="ALL", threads=1, max_depth=2)
+SETTINGS = Settings(samples=1, camera_sees="ALL", threads=1, max_depth=2)
 FLOOR, LEFT, RIGHT, BALL = range(4)
 
 
@@ -29,10 +29,10 @@ def things(build, *lights, **other):
 def shows(build, number):
     """(h, w) bool, the pixels in which camera rays meet that object alone."""
     scene = things(build)
-    kept = tuple(s if i != number else build.emitter(1, 1, 1) for i, s in enumerate(scene.surfaces))
+    cache = tuple(s if i != number else build.emitter(1, 1, 1) for i, s in enumerate(scene.surfaces))
     plain = replace(SETTINGS, max_depth=0)
     dark = trace(replace(scene, world=World()), plain).radiance
-    return (trace(replace(scene, surfaces=kept, world=World()), plain).radiance != dark).any(axis=2)
+    return (trace(replace(scene, surfaces=cache, world=World()), plain).radiance != dark).any(axis=2)
 
 
 def test_a_light_lights_what_it_is_linked_to_and_nothing_else(build):
@@ -99,7 +99,9 @@ def test_links_to_everything_change_no_bit(build):
 
 
 def test_a_light_that_is_linked_to_nothing_is_not_asked(build):
-    film = trace(things(build, replace(LAMP, receivers=frozenset({LEFT, RIGHT}))), replace(SETTINGS, see="FLAGGED"))
+    film = trace(
+        things(build, replace(LAMP, receivers=frozenset({LEFT, RIGHT}))), replace(SETTINGS, camera_sees="RAY_TRACED")
+    )
     nobody = trace(things(build, replace(LAMP, receivers=frozenset())), SETTINGS)
     assert film.rays["shadow"] > 0
     assert nobody.rays["shadow"] == 0

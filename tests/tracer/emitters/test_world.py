@@ -123,7 +123,7 @@ def balls(build):
         parts = (ball, build.matte()), (ball, build.mirror(), aside), (clear, build.glass(1.0))
         camera = build.camera((0, -12, 0), (0, 0, 0), (0, 0, 1), (90, 30), 0.4)
         scene = build.scene(*parts, world=world, lights=lights, camera=camera)
-        return trace(scene, Settings(samples=1, see="ALL", shadow_samples=0)).radiance
+        return trace(scene, Settings(samples=1, camera_sees="ALL", shadow_samples=0)).radiance
 
     return look
 

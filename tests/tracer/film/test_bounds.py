@@ -8,7 +8,7 @@ import pytest
 from hybrid_addon.scene import PointLight, Settings, Sphere, World
 from hybrid_addon.tracer import trace
 
-SETTINGS = Settings(samples=2, see="ALL", threads=1)
+SETTINGS = Settings(samples=2, camera_sees="ALL", threads=1)
 
 
 @pytest.fixture(scope="module")

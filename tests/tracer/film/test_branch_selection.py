@@ -10,9 +10,9 @@ from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.core.constants import BUDGET_UNIT, MOST_RAYS, RAYS_AHEAD
 from hybrid_addon.tracer.film import samples
 from hybrid_addon.tracer.film.branch_selection import draw
-from hybrid_addon.tracer.film.samples import Sums
+from hybrid_addon.tracer.film.samples import SampleBuffer
 
-DEFAULTS = Settings(samples=2, see="ALL", threads=1, max_depth=32, cutoff=1 / 255)
+DEFAULTS = Settings(samples=2, camera_sees="ALL", threads=1, max_depth=32, cutoff=1 / 255)
 R = 0.04
 
 
@@ -62,7 +62,7 @@ def test_what_is_drawn_of_a_sample_does_not_depend_on_the_others_exact():
 
 
 def test_few_branches_are_all_followed_and_counted():
-    held = Sums.zeros(2, 1, cutoff=1 / 255)
+    held = SampleBuffer.zeros(2, 1, cutoff=1 / 255)
     sample = np.array([0, 0, 1])
     assert held.drawn(sample, np.float32([0.5, 0, 0.25])) is None
     np.testing.assert_array_equal(held.followed, [1, 1])
@@ -71,7 +71,7 @@ def test_few_branches_are_all_followed_and_counted():
 
 def test_what_is_left_out_is_residual_and_stood_for():
     n = 4 * MOST_RAYS // RAYS_AHEAD
-    held = Sums.zeros(1, 1, cutoff=1 / 255)
+    held = SampleBuffer.zeros(1, 1, cutoff=1 / 255)
     weight = np.full(n, 1 / n, np.float32)
     factor = held.drawn(np.zeros(n, np.intp), weight)
     assert np.count_nonzero(factor) == MOST_RAYS // RAYS_AHEAD == held.followed[0]
@@ -81,9 +81,9 @@ def test_what_is_left_out_is_residual_and_stood_for():
 
 
 def test_a_lower_cutoff_and_rough_samples_ask_for_more_rays():
-    assert Sums.zeros(1, cutoff=1e-4).most_rays == 10**4
-    assert Sums.zeros(1, cutoff=1 / 255, first=8).most_rays == 8 * MOST_RAYS
-    assert Sums.zeros(1).most_rays == 0  # without a cutoff there is no limit
+    assert SampleBuffer.zeros(1, cutoff=1e-4).most_rays == 10**4
+    assert SampleBuffer.zeros(1, cutoff=1 / 255, first=8).most_rays == 8 * MOST_RAYS
+    assert SampleBuffer.zeros(1).most_rays == 0  # without a cutoff there is no limit
 
 
 # ------------------------------------------------------------------------------------------------ stacked glass
@@ -190,7 +190,7 @@ def test_other_seeds_draw_other_rays(build):
 
 def test_without_a_cutoff_many_at_once_are_drawn_from(monkeypatch):
     monkeypatch.setattr(samples, "MAX_BRANCHES", 4)
-    held = Sums.zeros(3)
+    held = SampleBuffer.zeros(3)
     sample = np.array([0] * 3 + [1] * 6 + [2] * 4 + [1] * 2)
     weight = np.float32([9, 9, 9, 1, 5, 2, 7, 3, 0, 1, 1, 1, 1, 6, 2])
     factor = held.drawn(sample, weight)

@@ -10,10 +10,10 @@ from hybrid_addon.measure.stability.build import shoot
 from hybrid_addon.scene import PointLight, Settings, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.core.constants import BUDGET_UNIT, FAINT_LIGHT, LIGHT_BUDGET
-from hybrid_addon.tracer.film.samples import Sums
+from hybrid_addon.tracer.film.samples import SampleBuffer
 from hybrid_addon.tracer.integrator import whitted
 
-ALL = Settings(samples=4, see="ALL", threads=1, max_depth=9)
+ALL = Settings(samples=4, camera_sees="ALL", threads=1, max_depth=9)
 CUTOFF = 1 / 255
 
 
@@ -96,14 +96,14 @@ def test_no_cutoff_cuts_nothing(wine_glass, deep):
 
 
 def test_a_sample_spends_its_own_budget_on_its_smallest_branches():
-    sums = Sums.zeros(2, 2, cutoff=0.25 / (1 - LIGHT_BUDGET) + 1e-9)
+    sample_buffer = SampleBuffer.zeros(2, 2, cutoff=0.25 / (1 - LIGHT_BUDGET) + 1e-9)
     sample = np.array([0, 1, 0, 0, 3, 1])
     weight = np.float32([0.125, 0.25, 0.0625, 0.1875, 0.5, 0.125])
-    first = sums.cuttable(sample, weight)
+    first = sample_buffer.cuttable(sample, weight)
     np.testing.assert_array_equal(first, [True, False, True, False, False, True])
-    sums.add_residual(sample[first], weight[first])
-    np.testing.assert_array_equal(sums.residual, [0.1875, 0.125, 0, 0])
-    np.testing.assert_array_equal(sums.cuttable(sample, weight), [False, False, True, False, False, True])
+    sample_buffer.add_residual(sample[first], weight[first])
+    np.testing.assert_array_equal(sample_buffer.residual, [0.1875, 0.125, 0, 0])
+    np.testing.assert_array_equal(sample_buffer.cuttable(sample, weight), [False, False, True, False, False, True])
 
 
 @pytest.mark.parametrize(("different", "least"), [(2, 0.1), (5, 0.15), (1000, 0.2)])
@@ -112,13 +112,13 @@ def test_of_equal_branches_all_are_cut_or_none_exact(different, least):
     random = np.random.default_rng(different)
     sample = random.integers(0, 300, 5000)
     weight = (random.integers(1, different + 1, 5000) / 2**13).astype(np.float32)
-    sums = Sums.zeros(300, cutoff=float(weight.mean()) * 8)
-    cut, expected = sums.cuttable(sample, weight), np.zeros(5000, bool)
+    sample_buffer = SampleBuffer.zeros(300, cutoff=float(weight.mean()) * 8)
+    cut, expected = sample_buffer.cuttable(sample, weight), np.zeros(5000, bool)
     for owner in range(300):
         own = np.flatnonzero(sample == owner)
         for bound in np.unique(weight[own]):
             lighter = own[weight[own] <= bound]
-            if (weight[lighter] / BUDGET_UNIT).astype(int).sum() <= sums.limit:
+            if (weight[lighter] / BUDGET_UNIT).astype(int).sum() <= sample_buffer.limit:
                 expected[lighter] = True
     np.testing.assert_array_equal(cut, expected)
     assert least < cut.mean() < 0.95
@@ -127,13 +127,13 @@ def test_of_equal_branches_all_are_cut_or_none_exact(different, least):
 def test_light_is_cut_as_far_as_its_own_budget_goes_and_is_residual():
     cutoff = 2.0**-8
     most = cutoff * LIGHT_BUDGET * FAINT_LIGHT
-    sums = Sums.zeros(2, 2, cutoff)
+    sample_buffer = SampleBuffer.zeros(2, 2, cutoff)
     share = np.float32([0.5, 0.25, 0, 2, 0.5]) * np.float32(most)
-    np.testing.assert_array_equal(sums.cut_light(np.array([0, 0, 1, 1, 3]), share), [0, 1, 4])
-    np.testing.assert_allclose(sums.residual, [0.75 * most, 0, 0, 0.5 * most], rtol=1e-6)
+    np.testing.assert_array_equal(sample_buffer.cut_light(np.array([0, 0, 1, 1, 3]), share), [0, 1, 4])
+    np.testing.assert_allclose(sample_buffer.residual, [0.75 * most, 0, 0, 0.5 * most], rtol=1e-6)
     many = np.full(int(1 / FAINT_LIGHT), most, np.float32)  # with what is spent, more than the budget: all or nothing
-    assert len(sums.cut_light(np.zeros(len(many), int), many)) == 0
-    assert len(sums.cut_light(np.full(len(many) // 2, 2), many[: len(many) // 2])) == len(many) // 2
+    assert len(sample_buffer.cut_light(np.zeros(len(many), int), many)) == 0
+    assert len(sample_buffer.cut_light(np.full(len(many) // 2, 2), many[: len(many) // 2])) == len(many) // 2
 
 
 def test_far_from_its_highlight_frosted_glass_asks_for_no_light(build):
@@ -142,8 +142,8 @@ def test_far_from_its_highlight_frosted_glass_asks_for_no_light(build):
     glass = build.glass(1.5, specular=(0.04,) * 3, layered=True, roughness=0.05)
     s = build.scene((build.icosphere(3, 1, smooth=True), glass), lights=(lamp,), world=World((0.5, 0.5, 0.5)))
     full, cut = trace(s, ALL), trace(s, replace(ALL, cutoff=CUTOFF))
-    kept = trace(s, replace(ALL, cutoff=CUTOFF, keep=frozenset({"faint-light"})))
-    assert cut.rays["shadow"] < 0.5 * kept.rays["shadow"]
+    cache = trace(s, replace(ALL, cutoff=CUTOFF, keep=frozenset({"faint-light"})))
+    assert cut.rays["shadow"] < 0.5 * cache.rays["shadow"]
     assert any(e["what"] == "shadow rays" and "cutoff" in str(e["why"]) for e in cut.skipped)
     error = np.abs(cut.radiance.astype(float) - full.radiance).max(2)
     wall = 30 / 1.5**2 / np.pi  # metres from the lamp to the ball at least

@@ -117,7 +117,7 @@ def edges(build):
 
 @pytest.mark.parametrize("adaptive", [0.0, 0.05])
 def test_a_part_of_the_frame_is_the_frame_s_exact(edges, adaptive):
-    settings = Settings(samples=16, see="ALL", adaptive=adaptive)
+    settings = Settings(samples=16, camera_sees="ALL", adaptive=adaptive)
     whole = trace(edges, settings)
     x0, y0, x1, y1 = window = (5, 3, 17, 20)
     part = trace(replace(edges, camera=replace(edges.camera, window=window)), settings)
@@ -130,8 +130,8 @@ def test_a_part_of_the_frame_is_the_frame_s_exact(edges, adaptive):
 
 def test_few_samples_give_what_many_do_in_a_pixel_alone(edges):
     """The point of sharing: half the samples for the error that each pixel's own would leave."""
-    reference = trace(edges, Settings(samples=4096, see="ALL", seed=7)).radiance.astype(float)
-    shared = [trace(edges, Settings(samples=16, see="ALL", seed=s)).radiance - reference for s in range(6)]
+    reference = trace(edges, Settings(samples=4096, camera_sees="ALL", seed=7)).radiance.astype(float)
+    shared = [trace(edges, Settings(samples=16, camera_sees="ALL", seed=s)).radiance - reference for s in range(6)]
     # Alone: places drawn with the filter's own density, and each counts the same.
     alone = [_alone(edges, 16, s) - reference for s in range(6)]
     assert np.sqrt(np.mean(np.square(shared))) < 0.6 * np.sqrt(np.mean(np.square(alone)))
@@ -149,7 +149,7 @@ def _alone(scene, samples, seed):
         right, left = right + (x := dx * (right - left) / width), left + x
         top, bottom = top + (y := dy * (top - bottom) / height), bottom + y
         moved = replace(scene, camera=replace(scene.camera, view_plane=(left, right, bottom, top)))
-        total = total + trace(moved, Settings(samples=1, see="ALL")).radiance.astype(float)
+        total = total + trace(moved, Settings(samples=1, camera_sees="ALL")).radiance.astype(float)
     return total / samples
 
 
@@ -162,7 +162,7 @@ def test_a_failed_sample_is_pink_in_its_own_pixel_alone(build):
         lights=(PointLight("p", (0, 0, 1), (3e38, 0, 0)),),
         camera=build.camera((0.25, 0.25, 5), (0.25, 0.25, 0), size=(8, 8)),
     )
-    film = trace(s, Settings(samples=64, see="ALL"))
+    film = trace(s, Settings(samples=64, camera_sees="ALL"))
     pink = (film.radiance == (1, 0, 1)).all(axis=-1)
     assert pink.sum() == film.invariants["nan_pixels"] == 1
     assert np.isfinite(film.radiance).all()

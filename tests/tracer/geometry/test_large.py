@@ -1,4 +1,4 @@
-"""Large triangles next to small flagged objects: split, and nothing else changes."""
+"""Large triangles next to small ray traced objects: split, and nothing else changes."""
 
 import numpy as np
 import pytest
@@ -6,13 +6,13 @@ import pytest
 from hybrid_addon.scene import PointLight, Settings, Surface, Texture, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.core.rays import offset_origin, origin_offset
-from hybrid_addon.tracer.core.stats import Tally
+from hybrid_addon.tracer.core.stats import Stats
 from hybrid_addon.tracer.geometry import flatten as flatten_module
 from hybrid_addon.tracer.geometry.aggregate import PrimitiveSet
 from hybrid_addon.tracer.geometry.flatten import flatten
 
 RADIUS, GAP = 1e-3, 2e-5
-ALL = Settings(samples=1, see="ALL", threads=1)
+ALL = Settings(samples=1, camera_sees="ALL", threads=1)
 
 
 def tilt():
@@ -25,7 +25,7 @@ def tilt():
 
 
 def ground_and_ball(build, width, **other):
-    """A tilted ground of that half width, off centre, and a flagged 2 mm ball 20 um above it."""
+    """A tilted ground of that half width, off centre, and a ray traced 2 mm ball 20 um above it."""
     low, high = np.array([-1.0, -0.7]) * width, np.array([0.9, 1.1]) * width
     ground = build.quad([(low[0], low[1], 0), (high[0], low[1], 0), (high[0], high[1], 0), (low[0], high[1], 0)])
     m = tilt()
@@ -46,7 +46,7 @@ def near_ground(g, up, ball, n, rng, near=3e-3):
     ground = PrimitiveSet(g, ~g.ray_traced)
     start = (point - g.center[:, None] + up[:, None] * RADIUS).astype(np.float32)
     down = np.broadcast_to(-up[:, None], point.shape).astype(np.float32)
-    hits = ground.nearest(start, down, Tally())
+    hits = ground.nearest(start, down, Stats())
     assert (hits.prim >= 0).all()
     p = start + hits.t * down
     return p, offset_origin(p, hits.normal, origin_offset(p.astype(np.float32), g.extent[hits.prim]))
@@ -62,7 +62,7 @@ def test_shadow_rays_of_a_huge_ground_find_a_tiny_ball(build, width):
     _, origin = near_ground(g, up, ball, 100_000, rng)
     away = (up[:, None] + rng.normal(size=(3, 100_000)) * 0.1).astype(np.float32)
     only_ground = PrimitiveSet(g, ~g.ray_traced)
-    again = only_ground.nearest(origin, away / np.sqrt((away * away).sum(0)), Tally())
+    again = only_ground.nearest(origin, away / np.sqrt((away * away).sum(0)), Stats())
     assert np.count_nonzero(again.prim >= 0) == 0
 
 
@@ -95,26 +95,26 @@ def test_no_self_hit_and_no_leak_of_a_ground_in_a_million(build, scale, offset):
     point = (feet[0] - g.center)[:, None] + m[:3, :2] @ (away * np.stack([np.cos(angle), np.sin(angle)]))
     down = np.broadcast_to(-m[:3, 2:3], point.shape).astype(np.float32)
     start = (point + m[:3, 2:3] * np.maximum(radius, 1e-3 * offset)).astype(np.float32)
-    hits = only_ground.nearest(start, down, Tally())
+    hits = only_ground.nearest(start, down, Stats())
     p, extent = start + hits.t * down, g.extent[hits.prim]
     gap = origin_offset(p.astype(np.float32), extent)
     outer, inner = offset_origin(p, hits.normal, gap), offset_origin(p, hits.normal, -gap)
-    tally, self_hits, leaks = Tally(), 0, 0
+    stats, self_hits, leaks = Stats(), 0, 0
     for _ in range(25):
         side = np.cross(hits.normal, rng.normal(size=(3, HITS)), axis=0)
         side /= np.sqrt((side * side).sum(0))
         cos = np.where(np.arange(HITS) % 3 == 0, 10 ** rng.uniform(-4, -1, HITS), rng.random(HITS))
         w = (cos * hits.normal + np.sqrt(1 - cos * cos) * side).astype(np.float32)
-        self_hits += np.count_nonzero(only_ground.nearest(outer, w, tally).prim >= 0)
-        leaks += np.count_nonzero(only_ground.nearest(inner, w, tally).prim < 0)
-    assert (self_hits, leaks, tally.counts["self_hits"]) == (0, 0, 0)
+        self_hits += np.count_nonzero(only_ground.nearest(outer, w, stats).prim >= 0)
+        leaks += np.count_nonzero(only_ground.nearest(inner, w, stats).prim < 0)
+    assert (self_hits, leaks, stats.counts["self_hits"]) == (0, 0, 0)
 
 
 def seen_from_below(g, up, ball, n):
     """How many of n rays straight up from the ground below the ball meet it."""
     _, origin = near_ground(g, up, ball, n, np.random.default_rng(0), 5e-4)
     onward = np.broadcast_to(up[:, None], origin.shape).astype(np.float32)
-    hits = PrimitiveSet(g, np.ones(len(g.surface), bool)).nearest(origin, onward, Tally())
+    hits = PrimitiveSet(g, np.ones(len(g.surface), bool)).nearest(origin, onward, Stats())
     return np.count_nonzero((hits.prim >= 0) & g.ray_traced[hits.prim] & (hits.toward < 0))
 
 

@@ -11,7 +11,7 @@ from hybrid_addon.tracer.core.constants import WELD
 from hybrid_addon.tracer.geometry.parts import closed_parts
 from hybrid_addon.tracer.prepare import plan
 
-ONE = Settings(samples=1, see="ALL", threads=1, max_depth=12)
+ONE = Settings(samples=1, camera_sees="ALL", threads=1, max_depth=12)
 WHITE = World((1.0, 1.0, 1.0))
 
 

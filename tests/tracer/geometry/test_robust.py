@@ -9,14 +9,14 @@ import pytest
 from hybrid_addon.scene import PointLight, Settings, Surface, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.core.rays import camera_rays, traceable
-from hybrid_addon.tracer.core.stats import Tally
+from hybrid_addon.tracer.core.stats import Stats
 from hybrid_addon.tracer.geometry.aggregate import PrimitiveSet
 from hybrid_addon.tracer.geometry.embree import TriangleScene
 from hybrid_addon.tracer.geometry.flatten import flatten
 from hybrid_addon.tracer.materials.surfaces import compile_surfaces
 from hybrid_addon.tracer.shading.interaction import interact
 
-ALL = Settings(samples=1, see="ALL", threads=1)
+ALL = Settings(samples=1, camera_sees="ALL", threads=1)
 
 
 def random_rotation(rng):
@@ -47,7 +47,7 @@ def hits_on(build, mesh, scale, offset, n=20000, seed=0):
     d /= np.sqrt((d * d).sum(0))
     rays = camera_rays(o.astype(np.float32), d.astype(np.float32), np.full(n, np.inf, np.float32), np.zeros(n, np.intp))
     everything = PrimitiveSet(g, np.ones(len(g.surface), bool))
-    hits = everything.nearest(rays.origin, rays.direction, Tally())
+    hits = everything.nearest(rays.origin, rays.direction, Stats())
     chosen = np.flatnonzero((hits.prim >= 0) & (hits.prim < len(mesh.triangles)))
     return everything, interact(g, compile_surfaces(s.surfaces), hits.take(chosen), rays.take(chosen))
 
@@ -71,12 +71,12 @@ def test_rays_that_leave_a_convex_body_do_not_hit_it(build, scale, offset):
         assert len(at.prim) > 5000
         rng = np.random.default_rng(1)
         outward = grazing_directions(at.n_geometric.astype(float), rng)
-        tally = Tally()
-        away = bodies.nearest(at.outer, outward, tally)
+        stats = Stats()
+        away = bodies.nearest(at.outer, outward, stats)
         # (The second body stands far off; a hit closer than the bodies' distance is a self hit.)
         assert np.count_nonzero(away.t < 2 * scale) == 0
         reach = np.full(len(at.prim), 2 * scale, np.float32)
-        assert np.count_nonzero(bodies.occluded(at.outer, outward, reach, tally)) == 0
+        assert np.count_nonzero(bodies.occluded(at.outer, outward, reach, stats)) == 0
 
 
 @pytest.mark.parametrize(("scale", "offset"), CASES)
@@ -84,7 +84,7 @@ def test_rays_that_enter_a_closed_body_do_not_leak(build, scale, offset):
     for mesh in (build.icosphere(3), build.box()):
         bodies, at = hits_on(build, mesh, scale, (offset, -offset / 3, offset / 7))
         inward = -grazing_directions(at.n_geometric.astype(float), np.random.default_rng(2))
-        inside = bodies.nearest(at.inner(slice(None)), inward, Tally())
+        inside = bodies.nearest(at.inner(slice(None)), inward, Stats())
         assert np.count_nonzero(~(inside.t < 4 * scale)) == 0
 
 
@@ -105,11 +105,11 @@ def test_spurious_hits_behind_a_ray_are_traced_again(build):
     above = above[:, (normal.T @ above.astype(float))[0] > g.facets[0, 3]]
     direction = direction[:, : above.shape[1]]
     raw = TriangleScene(g.vertices, g.triangles).intersect(above, direction)
-    tally = Tally()
-    hits = PrimitiveSet(g, np.ones(2, bool)).nearest(above, direction, tally)
+    stats = Stats()
+    hits = PrimitiveSet(g, np.ones(2, bool)).nearest(above, direction, stats)
     assert np.count_nonzero(raw >= 0) > 100  # what would have been acne
     assert np.count_nonzero(hits.prim >= 0) == 0
-    assert tally.counts["self_hits"] == np.count_nonzero(raw >= 0)
+    assert stats.counts["self_hits"] == np.count_nonzero(raw >= 0)
 
 
 def test_a_ray_that_starts_on_another_surface_does_not_pass_through_it(build):
@@ -121,10 +121,10 @@ def test_a_ray_that_starts_on_another_surface_does_not_pass_through_it(build):
     n = 1000
     origin = np.stack([rng.uniform(-0.9, 0.9, n), rng.uniform(-0.9, 0.9, n), np.full(n, low[2])]).astype(np.float32)
     out = -grazing_directions(np.tile(np.float64([[0], [0], [1]]), n), rng)
-    tally = Tally()
-    hits = PrimitiveSet(g, np.ones(len(g.surface), bool)).nearest(origin, out, tally)
+    stats = Stats()
+    hits = PrimitiveSet(g, np.ones(len(g.surface), bool)).nearest(origin, out, stats)
     assert (hits.t == 0).all() and (hits.prim >= 0).all()
-    assert tally.counts["self_hits"] == 0
+    assert stats.counts["self_hits"] == 0
 
 
 def test_bad_rays_are_told_from_good_ones():

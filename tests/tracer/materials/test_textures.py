@@ -90,7 +90,7 @@ def test_the_world_is_seen_behind_everything_and_can_be_turned(build):
     sky = Texture("sky", pixels, interpolation="CLOSEST")
     cam = build.camera((0, 0, 0), (0, 1, 0), (0, 0, 1), half=0.1)
     s = build.scene(camera=cam, world=World((0.5, 0.5, 0.5), sky))
-    settings = Settings(samples=1, see="ALL", threads=1)
+    settings = Settings(samples=1, camera_sees="ALL", threads=1)
     np.testing.assert_allclose(trace(s, settings).radiance, np.broadcast_to([0.5, 1, 1.5], (16, 16, 3)))
     turned = replace(s.world, rotation=np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]]))  # +Y looks up +X
     np.testing.assert_array_equal(trace(replace(s, world=turned), settings).radiance, 0)
@@ -117,7 +117,7 @@ def test_uv_maps_by_name_and_the_wrapping_of_a_picture(build):
     quad = build.quad(
         [(-2.5, -2.5, 0), (2.5, -2.5, 0), (2.5, 2.5, 0), (-2.5, 2.5, 0)], uv_maps={"": first, "b": second}
     )
-    settings = Settings(samples=1, see="ALL", threads=1)
+    settings = Settings(samples=1, camera_sees="ALL", threads=1)
 
     def row(**other):
         texture = Texture("ramp", RAMP, "REPEAT", "CLOSEST", **other)
@@ -134,14 +134,14 @@ def test_a_texture_on_a_sphere_and_through_a_triangle_slot(build):
     cam = build.camera((0, -4, 0), up=(0, 0, 1), half=0.1)
     s = build.scene(camera=cam, surfaces=(Surface(base_color_texture=texture),), world=World((1, 1, 1)))
     s = replace(s, spheres=(Sphere("ball", (0, 0, 0), 1.0, 0),))
-    got = trace(s, Settings(samples=1, see="ALL", threads=1)).radiance[..., 0]
+    got = trace(s, Settings(samples=1, camera_sees="ALL", threads=1)).radiance[..., 0]
     np.testing.assert_array_equal(got[:8], 0)
     np.testing.assert_array_equal(got[8:], 1)
     behind = build.quad(
         [(-1, -9, -1), (1, -9, -1), (1, -9, 1), (-1, -9, 1)], uv_maps={"": np.zeros((4, 2), np.float32)}
     )
     both = replace(s, meshes=(behind,), instances=(build.instance(0),))
-    np.testing.assert_array_equal(trace(both, Settings(samples=1, see="ALL", threads=1)).radiance[..., 0], got)
+    np.testing.assert_array_equal(trace(both, Settings(samples=1, camera_sees="ALL", threads=1)).radiance[..., 0], got)
 
 
 @pytest.mark.parametrize("slot", [1, 2, 2**31 - 1])
@@ -150,6 +150,6 @@ def test_each_triangle_wears_the_surface_of_its_slot(build, slot):
     quad = build.quad([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], surface_slots=np.int32([0, slot]))
     s = build.scene(surfaces=(build.emitter(1, 0, 0), build.emitter(0, 1, 0)))
     s = replace(s, meshes=(quad,), instances=(build.instance(0, (0, 1)),))
-    got = trace(s, Settings(samples=1, see="ALL", threads=1)).radiance
+    got = trace(s, Settings(samples=1, camera_sees="ALL", threads=1)).radiance
     np.testing.assert_array_equal(got[2, 13], [1, 0, 0])  # the first triangle is the lower right one
     np.testing.assert_array_equal(got[13, 2], [0, 1, 0])

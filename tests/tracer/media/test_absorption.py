@@ -27,7 +27,7 @@ def look(build):
     def radiance(*parts, settings=None, size=(16, 16), **other):
         camera = build.camera((0, 0, 5), size=size, projection="ORTHO", view_plane=(-2, 2, -2, 2))
         values = {"camera": camera, "world": WHITE, **other}
-        settings = settings or Settings(1, 64, see="ALL")
+        settings = settings or Settings(1, 64, camera_sees="ALL")
         return trace(build.scene(*parts, **values), settings)
 
     return radiance
@@ -133,7 +133,7 @@ def test_threads_and_chunks_change_no_bit(build, look):
         floor(build), build.matte(),
     )  # fmt: skip
     films = [
-        look(*parts, lights=(SUN,), settings=Settings(4, 8, see="ALL", threads=threads, chunk=chunk))
+        look(*parts, lights=(SUN,), settings=Settings(4, 8, camera_sees="ALL", threads=threads, chunk=chunk))
         for threads, chunk in ((1, 1 << 16), (3, 61), (2, 7))
     ]
     assert all((film.radiance == films[0].radiance).all() for film in films)

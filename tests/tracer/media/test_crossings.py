@@ -11,7 +11,7 @@ from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.geometry.flatten import flatten
 from hybrid_addon.tracer.media import near, solids
 
-ALL = Settings(samples=2, see="ALL", threads=1, max_depth=16, cutoff=1 / 255)
+ALL = Settings(samples=2, camera_sees="ALL", threads=1, max_depth=16, cutoff=1 / 255)
 TILTS = [0.0, 1e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 1e-3, 1e-2]
 
 
@@ -81,7 +81,7 @@ def test_white_furnace_of_solids_that_cross(build, tilt):
 
 @pytest.mark.parametrize("far", [3.0, 300.0])
 def test_no_medium_is_lost_far_from_the_middle(build, far):
-    """A far thing that is flagged, too, moves the centre of coordinates away: there rounding is coarser."""
+    """A far thing that is ray traced, too, moves the centre of coordinates away: there rounding is coarser."""
     for tilt in (1e-6, 1e-5, 1e-3):
         scene = drink(build, tilt, far=far)
         counter = build.box((-2 * far, -1, 0), (-2 * far + 1, 1, 1))

@@ -15,7 +15,7 @@ from hybrid_addon.tracer.prepare import plan
 from hybrid_addon.tracer.prepare.compiled import CompiledScene
 
 GLASS, WATER = 1.5, 1.33
-ONE = Settings(samples=1, see="ALL", threads=1, max_depth=12)
+ONE = Settings(samples=1, camera_sees="ALL", threads=1, max_depth=12)
 WHITE = World((1.0, 1.0, 1.0))
 
 

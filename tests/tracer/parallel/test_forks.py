@@ -21,7 +21,7 @@ from hybrid_addon.tracer.sampling import passes
 
 pytestmark = pytest.mark.skipif(not forks.AVAILABLE, reason="this system does not fork")
 PASSES = frozenset({"samples", "reflection"})
-HOW = Settings(samples=8, see="ALL", threads=4, adaptive=0.05, cutoff=1 / 255, chunk=4096, passes=PASSES)
+HOW = Settings(samples=8, camera_sees="ALL", threads=4, adaptive=0.05, cutoff=1 / 255, chunk=4096, passes=PASSES)
 
 
 @pytest.fixture(scope="module")
@@ -137,19 +137,19 @@ def test_the_work_is_done_elsewhere(scene, monkeypatch):
 
 def test_they_stay_for_all_of_a_picture(scene, monkeypatch):
     """Several passes, and what makes a picture of them."""
-    made, init = [], forks.Forks.__init__
-    developed, develop = [], pixels.Totals.developed
-    monkeypatch.setattr(forks.Forks, "__init__", lambda self, *a: (made.append(1), init(self, *a))[1])
-    monkeypatch.setattr(pixels.Totals, "developed", lambda self, p: (developed.append(1), develop(self, p))[1])
+    made, init = [], forks.ForkPool.__init__
+    resolved, develop = [], pixels.PixelBuffer.resolved
+    monkeypatch.setattr(forks.ForkPool, "__init__", lambda self, *a: (made.append(1), init(self, *a))[1])
+    monkeypatch.setattr(pixels.PixelBuffer, "developed", lambda self, p: (resolved.append(1), develop(self, p))[1])
     film = trace(scene, replace(HOW, processes=True))
     assert film.sampling["samples_max"] == 8 and film.sampling["samples_mean"] < 8  # there were several
-    assert len(made) == 1 and not developed
+    assert len(made) == 1 and not resolved
 
 
 def test_no_more_are_started_than_the_passes_need(scene, monkeypatch):
     """To develop the picture those do that are there, however many pieces it is in."""
-    made, init = [], forks.Forks.__init__
-    monkeypatch.setattr(forks.Forks, "__init__", lambda self, n, *a: (made.append(n), init(self, n, *a))[1])
+    made, init = [], forks.ForkPool.__init__
+    monkeypatch.setattr(forks.ForkPool, "__init__", lambda self, n, *a: (made.append(n), init(self, n, *a))[1])
     monkeypatch.setattr(passes, "SMALLEST_PORTION", 1 << 17)  # of which there is one
     monkeypatch.setattr(passes, "SHORTEST", 1e6)
     monkeypatch.setattr(render, "BAND", 1000)
@@ -175,7 +175,7 @@ def test_what_fails_in_a_process_alone_is_done_here(scene, monkeypatch):
 
 def test_one_that_is_killed_without_work_harms_nobody(scene, monkeypatch):
     """Between two passes."""
-    killed, run = [], pool.Crew.run
+    killed, run = [], pool.WorkerPool.run
 
     def run_and_kill(self, *arguments):
         if self._processes is not None and not killed:
@@ -183,7 +183,7 @@ def test_one_that_is_killed_without_work_harms_nobody(scene, monkeypatch):
             os.kill(killed[0], signal.SIGKILL)
         return run(self, *arguments)
 
-    monkeypatch.setattr(pool.Crew, "run", run_and_kill)
+    monkeypatch.setattr(pool.WorkerPool, "run", run_and_kill)
     film = trace(scene, replace(HOW, processes=True))
     assert killed
     np.testing.assert_array_equal(film.radiance, trace(scene, HOW).radiance)

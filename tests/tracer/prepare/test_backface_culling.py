@@ -9,7 +9,7 @@ from hybrid_addon.scene import Plane, PointLight, Settings, Sphere, SunLight, Su
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.geometry.shapes import onto_sphere
 
-MANY = Settings(samples=4, see="ALL", threads=1, max_depth=8)
+MANY = Settings(samples=4, camera_sees="ALL", threads=1, max_depth=8)
 NO_SHADOW = Visibility(shadow=False)
 CULLED = Surface(base_color=(1, 0, 0), culled=True)
 SUN = SunLight("sun", (0.3, 0.2, 1), (3, 3, 3))
@@ -165,9 +165,9 @@ def test_a_culled_shell_that_bends_nothing_has_one_side(build):
 
 
 def test_the_mask_is_without_its_backs(build):
-    """A flagged sheet seen from behind is left to the raster, and hides no flagged thing."""
+    """A ray traced sheet seen from behind is left to the raster, and hides no ray traced thing."""
     ball = build.icosphere(3, 0.6, True)
-    flagged = replace(MANY, see="FLAGGED")
+    ray_traced = replace(MANY, camera_sees="RAY_TRACED")
     s = build.scene((ball, build.matte()), (sheet(build, 2, up=False), CULLED))
     bare = build.scene((ball, build.matte()))
-    np.testing.assert_array_equal(trace(s, flagged).coverage, trace(bare, flagged).coverage)
+    np.testing.assert_array_equal(trace(s, ray_traced).coverage, trace(bare, ray_traced).coverage)

@@ -8,7 +8,7 @@ import pytest
 from hybrid_addon.scene import AreaLight, Lens, PointLight, Settings, Sphere, SpotLight, SunLight, Visibility, World
 from hybrid_addon.tracer import CompiledScene, trace
 from hybrid_addon.tracer.emitters.lights import compile_lights, shadow_rays
-from hybrid_addon.tracer.prepare.object_culling import OUTWARD, Ways, _from_camera, _to_light
+from hybrid_addon.tracer.prepare.object_culling import OUTWARD, SweptBoxes, _from_camera, _to_light
 from hybrid_addon.tracer.prepare.plan import describe
 
 SETTINGS = Settings(samples=2, threads=1, max_depth=3)
@@ -54,7 +54,7 @@ def test_a_way_touches_what_segments_between_its_boxes_meet():
         a[:8], b[:8] = corners, np.array(np.meshgrid(*end.T)).reshape(3, -1).T
         walk = (a + np.linspace(0, 1, 60)[:, None, None] * (b - a)).reshape(-1, 1, 3)
         met = ((walk >= others[:, 0]) & (walk <= others[:, 1])).all(axis=2).any(axis=0)
-        touched = Ways(start[None], (end - start)[None], 1.0).touch(others)[0]
+        touched = SweptBoxes(start[None], (end - start)[None], 1.0).touch(others)[0]
         assert not (met & ~touched).any()
         found += [(met & touched).sum(), touched.sum()]
     assert sum(found[::2]) > 0.8 * sum(found[1::2])  # and hardly anything else: the closed form is tight
@@ -92,7 +92,7 @@ def test_shadow_rays_stay_on_their_ways():
 @pytest.mark.parametrize("projection", ["PERSP", "ORTHO"])
 @pytest.mark.parametrize("lens", [None, Lens(0.4, 4.0)])
 def test_camera_rays_stay_on_their_ways(build, projection, lens):
-    """Nothing stands in the camera's way to a flagged wall but what the picture needs: see the count of samples."""
+    """Nothing stands in the camera's way to a ray traced wall but what the picture needs: see the count of samples."""
     camera = build.camera((1, -6, 2), (0, 0, 0), (0, 0, 1), size=(24, 24), projection=projection, lens=lens)
     if projection == "ORTHO":
         camera = replace(camera, view_plane=(-3, 3, -3, 3))
@@ -111,10 +111,10 @@ def test_camera_rays_stay_on_their_ways(build, projection, lens):
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("kind", ["matte", "mirror", "smooth"])
 def test_what_is_left_out_changes_no_bit(build, kind, seed):
-    """A flagged quad or ball among boxes, with one light of each kind in turn."""
+    """A ray traced quad or ball among boxes, with one light of each kind in turn."""
     rng, total = np.random.default_rng(seed), 0
     quad = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
-    flagged = {
+    ray_traced = {
         "matte": (quad, build.matte()),
         "mirror": (quad, build.mirror(0.7), {"matrix": turned(rng)}),
         "smooth": (build.icosphere(1, 1.0, smooth=True), build.matte()),
@@ -122,7 +122,7 @@ def test_what_is_left_out_changes_no_bit(build, kind, seed):
     camera = build.camera(tuple(rng.uniform(2, 5, 3)), (0, 0, 0), (0, 0, 1), size=(24, 24))
     for light in lights(rng):
         boxes = [(build.box(low, high), build.matte(), UNFLAGGED) for low, high in boxes_of(rng, 40, 6.0)]
-        total += same_without(build.scene(flagged, *boxes, lights=(light,), camera=camera, world=SKY), OCCLUDED)
+        total += same_without(build.scene(ray_traced, *boxes, lights=(light,), camera=camera, world=SKY), OCCLUDED)
     assert total > 20
 
 
@@ -134,7 +134,7 @@ def turned(rng):
 
 
 def mirror_scene(build, *parts, **other):
-    """A flagged mirror that faces the camera, looked at from above: it shows what stands at +z."""
+    """A ray traced mirror that faces the camera, looked at from above: it shows what stands at +z."""
     mirror = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
     camera = build.camera((0, 0, 3), size=(16, 16))
     return build.scene((mirror, build.mirror()), *parts, camera=camera, **other)
@@ -173,7 +173,11 @@ def test_where_rays_go_everywhere_everything_is_needed(build):
     shown = cube(build, 0, 0, 4, build.mirror())
     assert left_out(mirror_scene(build, far, shown)) == 0  # a mirror in a mirror
     assert left_out(mirror_scene(build, far, shown), replace(SETTINGS, max_depth=1)) == 1  # that far rays do not go
-    assert left_out(flat, replace(SETTINGS, see="ALL")) == left_out(flat, replace(SETTINGS, raster_shadows=True)) == 0
+    assert (
+        left_out(flat, replace(SETTINGS, camera_sees="ALL"))
+        == left_out(flat, replace(SETTINGS, raster_shadows=True))
+        == 0
+    )
     assert left_out(replace(flat, world=SKY), replace(OCCLUDED, occlusion_distance=np.inf)) == 0
 
 
@@ -202,8 +206,8 @@ def test_what_is_invisible_to_rays_is_not_met_by_them(build):
     scene = mirror_scene(build, cube(build, 0, 0, 5))
     unseen = replace(scene.instances[1], visibility=Visibility(camera=True, shadow=True, secondary=False))
     assert left_out(scene) == 0 and left_out(replace(scene, instances=(scene.instances[0], unseen))) == 1
-    flagged = mirror_scene(build, (*behind, {"visibility": Visibility(camera=False)}))
-    assert left_out(flagged) == 0  # flagged objects stay, whatever rays do
+    ray_traced = mirror_scene(build, (*behind, {"visibility": Visibility(camera=False)}))
+    assert left_out(ray_traced) == 0  # ray traced objects stay, whatever rays do
 
 
 def test_several_pictures_of_a_compiled_scene_need_everything(build):

@@ -13,7 +13,7 @@ from hybrid_addon.tracer.prepare.plan import describe
 from hybrid_addon.tracer.prepare.prunings import PRUNINGS
 from hybrid_addon.tracer.shading import shadows
 
-ALL = Settings(samples=2, see="ALL", threads=1, rough_samples=1, occlusion_samples=1)
+ALL = Settings(samples=2, camera_sees="ALL", threads=1, rough_samples=1, occlusion_samples=1)
 LAMP = PointLight("p", (1, -2, 4), (20, 20, 20))
 
 
@@ -42,7 +42,7 @@ def test_lights_without_power_are_not_asked(build):
 def test_surfaces_that_no_ray_reaches_need_nothing(build):
     glass = (build.icosphere(2), build.glass(), {"ray_traced": False})
     s = build.scene((build.box(), build.matte()), glass, lights=(LAMP,))
-    film = trace(s, replace(ALL, see="FLAGGED"))
+    film = trace(s, replace(ALL, camera_sees="RAY_TRACED"))
     assert {"reflected rays", "refracted rays"} <= reasons(film)
 
 
@@ -102,9 +102,15 @@ def same(a, b):
 
 @pytest.fixture(scope="module")
 def planned(build):
-    """Every scene, whole and flagged, with what is left out."""
-    every = [(s, replace(ALL, see=see, max_depth=3)) for s in scenes(build) for see in ("ALL", "FLAGGED")]
-    every += [(s, replace(settings, raster_shadows=True)) for s, settings in every if settings.see == "FLAGGED"]
+    """Every scene, whole and ray traced, with what is left out."""
+    every = [
+        (s, replace(ALL, camera_sees=camera_sees, max_depth=3))
+        for s in scenes(build)
+        for camera_sees in ("ALL", "RAY_TRACED")
+    ]
+    every += [
+        (s, replace(settings, raster_shadows=True)) for s, settings in every if settings.camera_sees == "RAY_TRACED"
+    ]
     return [(s, settings, trace(s, settings)) for s, settings in every]
 
 
@@ -139,9 +145,9 @@ def test_what_is_kept_is_done(planned):
 
 def test_pixels_outside_of_the_mask_change_no_bit(build):
     s = build.scene((build.icosphere(2), build.mirror(0.5)), lights=(LAMP,), world=World((0.2, 0.3, 0.4)))
-    settings = replace(ALL, see="FLAGGED")
+    settings = replace(ALL, camera_sees="RAY_TRACED")
     everywhere = trace(s, settings)
-    mask = everywhere.coverage  # in which the pixel filter has spread what is flagged, as the rasteriser's does
+    mask = everywhere.coverage  # in which the pixel filter has spread what is ray traced, as the rasteriser's does
     film = trace(s, settings, mask)
     assert film.rays["camera"] < everywhere.rays["camera"]
     np.testing.assert_array_equal(film.radiance[mask > 0], everywhere.radiance[mask > 0])
@@ -150,10 +156,10 @@ def test_pixels_outside_of_the_mask_change_no_bit(build):
 def test_an_empty_mask_needs_no_scene(build, monkeypatch):
     s = build.scene((build.icosphere(2), build.mirror(0.5)), lights=(LAMP,), world=World((0.2, 0.3, 0.4)))
     mask = np.zeros((16, 16), np.float32)
-    whole = trace(s, replace(ALL, see="FLAGGED", keep=frozenset({"empty-mask"})), mask)
+    whole = trace(s, replace(ALL, camera_sees="RAY_TRACED", keep=frozenset({"empty-mask"})), mask)
     assert not applies(whole, "empty-mask")
     monkeypatch.setattr(embree.TriangleScene, "_commit", lambda self: pytest.fail("a tree was built"))
-    film = trace(s, replace(ALL, see="FLAGGED"), mask)
+    film = trace(s, replace(ALL, camera_sees="RAY_TRACED"), mask)
     assert applies(film, "empty-mask") and "tracing" in reasons(film)
     assert not any(film.rays.values())
     same(film, whole)
@@ -203,7 +209,7 @@ def test_the_plan_says_how_much_was_left_out(build):
     scene = build.scene((sheet, build.matte()), post, lights=lamps, camera=build.camera((0, 0, 5), size=(32, 24)))
     mask = np.zeros((24, 32), np.float32)
     mask[:12] = 1
-    how = replace(ALL, samples=1, see="FLAGGED", filter_radius=0.5)
+    how = replace(ALL, samples=1, camera_sees="RAY_TRACED", filter_radius=0.5)
     saved = {row["name"]: row["saved"] for row in trace(scene, how, mask).plan}
     assert saved["unmasked"] == 12 * 32
     assert saved["unlit"] + saved["any-hit"] == 2 * 12 * 32 == 2 * saved["any-hit"]

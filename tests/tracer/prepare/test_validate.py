@@ -63,5 +63,5 @@ def test_other_refusals(build):
 
 def test_no_python_error_for_extreme_but_legal_numbers(build):
     s = build.scene((build.icosphere(1), build.glass(1e3)), (build.box((2, 2, 2), (3, 3, 3)), build.glass(1e-3)))
-    film = trace(s, replace(GOOD, see="ALL"))
+    film = trace(s, replace(GOOD, camera_sees="ALL"))
     assert np.isfinite(film.radiance).all() and film.invariants["nan_pixels"] == 0

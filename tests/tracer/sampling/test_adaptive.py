@@ -12,7 +12,7 @@ from hybrid_addon.tracer.film.pixels import neighbours_rmse
 from hybrid_addon.tracer.sampling import schedule
 from hybrid_addon.tracer.sampling.adaptive import looks, upper_limit
 
-FULL = Settings(samples=32, see="ALL", threads=1, max_depth=6)
+FULL = Settings(samples=32, camera_sees="ALL", threads=1, max_depth=6)
 THRIFTY = replace(FULL, adaptive=0.05)
 
 
@@ -51,7 +51,7 @@ def rmse(film, reference):
 
 def test_refined_everywhere_it_is_the_full_picture_exact(spheres, full, monkeypatch):
     for look in ("choose", "unsettled"):
-        monkeypatch.setattr(schedule, look, lambda totals, pixels, *_: np.ones(len(pixels), bool))
+        monkeypatch.setattr(schedule, look, lambda pixel_buffer, pixels, *_: np.ones(len(pixels), bool))
     film = trace(spheres, THRIFTY)
     np.testing.assert_array_equal(film.radiance, full.radiance)
     np.testing.assert_array_equal(film.residual, full.residual)
@@ -110,7 +110,7 @@ def test_threads_and_chunks_choose_the_same_exact(spheres, thrifty, threads, chu
 
 
 def test_the_audit_finds_what_was_missed(spheres, monkeypatch):
-    monkeypatch.setattr(schedule, "choose", lambda totals, pixels, *_: np.zeros(len(pixels), bool))
+    monkeypatch.setattr(schedule, "choose", lambda pixel_buffer, pixels, *_: np.zeros(len(pixels), bool))
     audited = trace(spheres, THRIFTY).sampling["audit"]
     assert audited["left_alone"] == 64 * 48
     assert audited["beyond"] > 0
@@ -146,8 +146,8 @@ def test_the_error_of_one_sample_is_told_by_its_neighbours(spheres, reference):
 
 def test_so_is_that_of_a_mask_whose_rim_got_more_samples(spheres):
     """Where no sample counts, more are taken: these few pixels say nothing of the others."""
-    flagged = tuple(replace(i, ray_traced=n < 2) for n, i in enumerate(spheres.instances))
-    scene, one = replace(spheres, instances=flagged), replace(FULL, see="FLAGGED", samples=1)
+    ray_traced = tuple(replace(i, ray_traced=n < 2) for n, i in enumerate(spheres.instances))
+    scene, one = replace(spheres, instances=ray_traced), replace(FULL, camera_sees="RAY_TRACED", samples=1)
     mask = trace(scene, replace(one, samples=256)).coverage
     film, deep = (trace(scene, replace(one, samples=n), mask) for n in (1, 512))
     assert any(entry["what"] == "pixels without a sample" for entry in film.skipped)

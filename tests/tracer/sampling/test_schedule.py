@@ -11,11 +11,11 @@ import pytest
 from hybrid_addon.scene import PointLight, Settings, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.film.filter import Grid, PixelFilter
-from hybrid_addon.tracer.film.pixels import Totals
+from hybrid_addon.tracer.film.pixels import PixelBuffer
 from hybrid_addon.tracer.sampling import passes, schedule
 
 SIZE = (48, 40)
-SETTINGS = Settings(samples=13, see="ALL", threads=1, max_depth=6)
+SETTINGS = Settings(samples=13, camera_sees="ALL", threads=1, max_depth=6)
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +103,7 @@ def test_then_the_resolution(scene, clock, deadline, step):
 def test_a_masked_sliver_between_the_coarsest_pixels_is_drawn_however_late(scene):
     mask = np.zeros(SIZE[::-1], np.float32)
     mask[19:22, 23] = 0.5  # odd column: on none of the coarse rasters
-    film = trace(scene, replace(SETTINGS, see="FLAGGED"), mask, deadline=time.perf_counter() - 1)
+    film = trace(scene, replace(SETTINGS, camera_sees="RAY_TRACED"), mask, deadline=time.perf_counter() - 1)
     assert (film.radiance[mask > 0] > 0).all()
 
 
@@ -138,7 +138,9 @@ def test_a_picture_that_is_even_everywhere_ends_early(build, deadline):
     """So small that nothing of it is audited, either."""
     wall = build.quad([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)])
     scene = build.scene((wall, build.emitter(1, 2, 3)), camera=build.camera(size=(3, 2)))
-    film = trace(scene, Settings(64, see="ALL", threads=1, adaptive=0.05), deadline=time.perf_counter() + deadline)
+    film = trace(
+        scene, Settings(64, camera_sees="ALL", threads=1, adaptive=0.05), deadline=time.perf_counter() + deadline
+    )
     assert film.sampling["samples_max"] == 2 and (film.radiance == [1, 2, 3]).all()
     assert not skipped(film)
 
@@ -164,7 +166,7 @@ def test_one_sample_a_pixel_or_less_has_an_error_too(scene, clock, share):
 
 def test_totals_know_nothing_at_first():
     grid = Grid.of((0, 0, 3, 1), (3, 1), None, 0)
-    assert np.isnan(Totals.zeros(grid, PixelFilter(1.5, 0), signed=False).variance).all()
+    assert np.isnan(PixelBuffer.zeros(grid, PixelFilter(1.5, 0), signed=False).variance).all()
 
 
 def test_a_larger_picture_needs_little_more_than_its_pixels(build, monkeypatch):
@@ -176,7 +178,7 @@ def test_a_larger_picture_needs_little_more_than_its_pixels(build, monkeypatch):
         window = (0, 0, size, size)
         large = replace(s, camera=replace(s.camera, resolution=window[2:], window=window))
         tracemalloc.start()
-        trace(large, Settings(samples=1, see="ALL", threads=1, chunk=1 << 12))
+        trace(large, Settings(samples=1, camera_sees="ALL", threads=1, chunk=1 << 12))
         peak[size] = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
     assert (peak[512] - peak[128]) / (512**2 - 128**2) < 110

@@ -14,7 +14,7 @@ from hybrid_addon.tracer.sampling import passes, strips
 from hybrid_addon.tracer.sampling.strips import Strip, strips_of, together
 
 SIZE = (48, 40)
-SETTINGS = Settings(samples=5, see="ALL", threads=1, max_depth=4, cutoff=1 / 255)
+SETTINGS = Settings(samples=5, camera_sees="ALL", threads=1, max_depth=4, cutoff=1 / 255)
 PASSES = frozenset({"depth", "normal", "samples", "reflection", "refraction"})
 
 
@@ -45,13 +45,15 @@ def same(a, b):
 @pytest.fixture(scope="module")
 def mask(scene):
     """Where the ball is, as the rasteriser would draw it."""
-    return trace(scene, replace(SETTINGS, see="FLAGGED")).coverage
+    return trace(scene, replace(SETTINGS, camera_sees="RAY_TRACED")).coverage
 
 
 @pytest.mark.parametrize("processes", [False, True])
 @pytest.mark.parametrize("masked", [False, True])
 def test_strips_change_no_bit(scene, mask, monkeypatch, masked, processes):
-    how = replace(SETTINGS, see="FLAGGED" if masked else "ALL", passes=PASSES, processes=processes, threads=2)
+    how = replace(
+        SETTINGS, camera_sees="RAY_TRACED" if masked else "ALL", passes=PASSES, processes=processes, threads=2
+    )
     mask = mask if masked else None
     whole = trace(scene, how, mask)
     counts = set()
@@ -66,7 +68,7 @@ def test_strips_change_no_bit(scene, mask, monkeypatch, masked, processes):
 
 
 def test_shadows_on_the_raster_are_the_same(scene, mask, short):
-    how = replace(SETTINGS, see="FLAGGED", raster_shadows=True)
+    how = replace(SETTINGS, camera_sees="RAY_TRACED", raster_shadows=True)
     film = trace(scene, how, mask)
     assert (film.shadow < 1).any()
     with pytest.MonkeyPatch.context() as patch:
@@ -75,7 +77,7 @@ def test_shadows_on_the_raster_are_the_same(scene, mask, short):
 
 
 def test_adaptive_sampling_is_as_good_and_audited_as_one(scene, mask, short):
-    thrifty = replace(SETTINGS, samples=64, adaptive=0.05, see="FLAGGED")
+    thrifty = replace(SETTINGS, samples=64, adaptive=0.05, camera_sees="RAY_TRACED")
     film, deep = trace(scene, thrifty, mask), trace(scene, replace(thrifty, adaptive=0.0), mask)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(strips, "LONGEST_STRIP", 1 << 21)
@@ -142,7 +144,7 @@ def test_memory_is_that_of_the_picture_itself(build, monkeypatch, masked):
         window = (0, 0, 256, height)
         large = replace(s, camera=replace(s.camera, resolution=window[2:], window=window))
         mask = np.ones((height, 256), np.float32) if masked else None
-        settings = Settings(samples=4, see="FLAGGED" if masked else "ALL", threads=1, chunk=1 << 12)
+        settings = Settings(samples=4, camera_sees="RAY_TRACED" if masked else "ALL", threads=1, chunk=1 << 12)
         tracemalloc.start()
         trace(large, settings, mask)
         peak[height] = tracemalloc.get_traced_memory()[1]

@@ -18,11 +18,11 @@ def leaving(monkeypatch):
     seen = []
     original = whitted.add_escaped
 
-    def watch(scene, rays, escaped, sums, tally):
+    def watch(scene, rays, escaped, sample_buffer, stats):
         gone = rays.take(escaped)
         gone = gone.take(np.flatnonzero(gone.depth > 0))
         seen.append((gone.direction.astype(float), gone.throughput[0]))
-        original(scene, rays, escaped, sums, tally)
+        original(scene, rays, escaped, sample_buffer, stats)
 
     monkeypatch.setattr(whitted, "add_escaped", watch)
 

@@ -164,10 +164,10 @@ def test_in_a_mirror_of_a_mirror():
 def test_no_light_is_counted_twice(rough_samples):
     """Below the sharpest highlight and above it a mirror shows the same sum of a lamp's light."""
     lamp = replace(SQUARE, axis_u=(0.5, 0, 0), axis_v=(0, 0.5, 0))
-    sums = [
+    sample_buffer = [
         seen([lamp], replace(MIRROR, roughness=r), rough_samples=rough_samples)[..., 0].sum() for r in (0.04, 0.0401)
     ]
-    assert sums[1] == pytest.approx(sums[0], rel=0.03)
+    assert sample_buffer[1] == pytest.approx(sample_buffer[0], rel=0.03)
 
 
 def test_the_highlight_of_a_rough_mirror_keeps_the_light():
@@ -218,9 +218,9 @@ def test_without_rough_samples_nothing_rough_is_sharp(build):
     s = build.scene((body, replace(GLASS, roughness=0.3)), camera=camera(), world=world)
     below = build.mesh([[-9, -9, -2], [9, -9, -2], [0, 9, -2]], [(0, 1, 2)])
     s = build.scene((body, replace(GLASS, roughness=0.3)), (below, BLACK), camera=camera(), world=world)
-    image = trace(s, Settings(samples=4, see="ALL", threads=1, rough_samples=0)).radiance
+    image = trace(s, Settings(samples=4, camera_sees="ALL", threads=1, rough_samples=0)).radiance
     assert image == pytest.approx(1, abs=0.02)  # all of the world's light, though what is behind is black
-    assert trace(s, Settings(samples=4, see="ALL", threads=1, rough_samples=1)).radiance.mean() < 0.2
+    assert trace(s, Settings(samples=4, camera_sees="ALL", threads=1, rough_samples=1)).radiance.mean() < 0.2
 
 
 @pytest.mark.parametrize("rough_samples", [1, 3])

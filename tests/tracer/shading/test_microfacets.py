@@ -11,7 +11,7 @@ from hybrid_addon.tracer.materials.principled import albedos, masking
 from hybrid_addon.tracer.shading.microfacets import visible_normal
 from hybrid_addon.tracer.shading.scattering import reflect
 
-SETTINGS = Settings(samples=16, see="FLAGGED", threads=1, rough_samples=4, max_depth=12)
+SETTINGS = Settings(samples=16, camera_sees="RAY_TRACED", threads=1, rough_samples=4, max_depth=12)
 WHITE = World((1, 1, 1))
 
 
@@ -151,9 +151,9 @@ def test_chunks_and_threads_change_no_bit(build):
 def test_smooth_surfaces_are_not_touched(build):
     scene = ball(build, metal(0.0), half_bright())
     on, off = (trace(scene, replace(SETTINGS, rough_samples=n)) for n in (4, 0))
-    kept = trace(scene, replace(SETTINGS, keep=frozenset({"roughness"})))
+    cache = trace(scene, replace(SETTINGS, keep=frozenset({"roughness"})))
     np.testing.assert_array_equal(on.radiance, off.radiance)
-    np.testing.assert_array_equal(kept.radiance, off.radiance)
+    np.testing.assert_array_equal(cache.radiance, off.radiance)
     assert {row["name"]: row["applies"] for row in on.plan}["roughness"]
 
 

@@ -8,7 +8,7 @@ import pytest
 from hybrid_addon.scene import Plane, Scene, Settings, Sphere, SunLight, World
 from hybrid_addon.tracer import trace
 
-SETTINGS = Settings(samples=4, see="FLAGGED", threads=1, max_depth=0, occlusion_samples=16)
+SETTINGS = Settings(samples=4, camera_sees="RAY_TRACED", threads=1, max_depth=0, occlusion_samples=16)
 WORLD = World((1, 1, 1))
 FLOOR = Plane("floor", (0, 0, 0), (0, 0, 1), 0, True)
 

@@ -8,7 +8,7 @@ import pytest
 from hybrid_addon.scene import PointLight, Settings, SunLight, Surface, World
 from hybrid_addon.tracer import trace
 
-ALL = Settings(samples=16, see="ALL", transparent=True, threads=2)
+ALL = Settings(samples=16, camera_sees="ALL", transparent=True, threads=2)
 SIDEWAYS = {
     "sun": SunLight("sun", (1, 0.3, 0.1), (np.pi,) * 3),
     "point": PointLight("p", (6, 1.8, 0.6), (100, 100, 100)),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hybrid_addon.tracer.core.rays import camera_rays
-from hybrid_addon.tracer.core.stats import Tally
+from hybrid_addon.tracer.core.stats import Stats
 from hybrid_addon.tracer.geometry.aggregate import PrimitiveSet
 from hybrid_addon.tracer.geometry.flatten import flatten
 from hybrid_addon.tracer.materials.surfaces import compile_surfaces
@@ -42,7 +42,7 @@ def hits_on(build, mesh, scale, offset):
     n = o.shape[1]
     rays = camera_rays(o.astype(np.float32), d, np.full(n, np.inf, np.float32), np.arange(n))
     bodies = PrimitiveSet(g, g.object == 0)
-    hits = bodies.nearest(rays.origin, rays.direction, Tally())
+    hits = bodies.nearest(rays.origin, rays.direction, Stats())
     chosen = np.flatnonzero(hits.prim >= 0)[:HITS]
     assert len(chosen) == HITS
     return bodies, interact(g, compile_surfaces(s.surfaces), hits.take(chosen), rays.take(chosen))
@@ -66,8 +66,8 @@ def test_no_self_hit_and_no_leak_in_a_million(build, scale, offset):
         inner = at.inner(slice(None))
         self_hits = leaks = 0
         for _ in range(25):
-            w, tally = directions(normal, rng), Tally()
-            self_hits += np.count_nonzero(bodies.nearest(at.outer, w, tally).prim >= 0)
-            leaks += np.count_nonzero(bodies.nearest(inner, -w, tally).prim < 0)
-            assert not tally.counts["self_hits"]
+            w, stats = directions(normal, rng), Stats()
+            self_hits += np.count_nonzero(bodies.nearest(at.outer, w, stats).prim >= 0)
+            leaks += np.count_nonzero(bodies.nearest(inner, -w, stats).prim < 0)
+            assert not stats.counts["self_hits"]
         assert (self_hits, leaks) == (0, 0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from ...pipeline.view_layers import source_layer
+from ...view_layers import source_layer
 from ..messages import Warnings
 from . import name_settings
 

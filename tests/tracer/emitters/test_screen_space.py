@@ -9,7 +9,7 @@ from hybrid_addon.scene import Expression, Plane, PointLight, Raster, Settings, 
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.core.camera import project
 from hybrid_addon.tracer.core.constants import NO_DEPTH
-from hybrid_addon.tracer.emitters.raster import is_matte
+from hybrid_addon.tracer.emitters.screen_space import is_matte
 
 SETTINGS = Settings(samples=1, threads=1, passes=frozenset({"raster_backed", "reflection", "refraction"}))
 SIZE = 64
@@ -49,7 +49,7 @@ def gradient(x, z):
 
 
 def room(build, *more, wall=None, projection="PERSP", eye=EYE, **other):
-    """A flagged mirror floor before a wall, seen obliquely; dark but for what the raster knows."""
+    """A ray traced mirror floor before a wall, seen obliquely; dark but for what the raster knows."""
     view = build.camera(eye, (-1, 4, 0.4), (0, 0, 1), (SIZE, SIZE))
     if projection == "ORTHO":
         view = replace(view, projection=projection, view_plane=(-3.0, 3.0, -3.0, 3.0))
@@ -216,8 +216,8 @@ def test_the_raster_is_asked_for_view_dependent_surfaces_only_where_we_know_less
 def test_flagged_objects_are_never_backed(build):
     dark = room(build)
     raster, _ = eevee(dark.camera, gradient)
-    flagged = replace(dark, instances=tuple(replace(i, ray_traced=True) for i in dark.instances), raster=raster)
-    assert trace(flagged, SETTINGS).hits == {"backed": 0, "not_backed": 0}  # not even looked for
+    ray_traced = replace(dark, instances=tuple(replace(i, ray_traced=True) for i in dark.instances), raster=raster)
+    assert trace(ray_traced, SETTINGS).hits == {"backed": 0, "not_backed": 0}  # not even looked for
 
 
 # ------------------------------------------------------------------------------------------------ what may not change

@@ -3,12 +3,13 @@
 So reflections show procedural textures, EEVEE's own light, everything that it draws and the tracer does not. A hit is
 backed if
 
-* its surface is not flagged, and looks the same from all sides: nothing mirrored or transmitted, no coat, no sheen, no
-  highlight beyond MATTE_HIGHLIGHT; or the translator could not follow its material: then the raster is always nearer;
+* its surface is not ray traced, and looks the same from all sides: nothing mirrored or transmitted, no coat, no sheen,
+  no highlight beyond MATTE_HIGHLIGHT; or the translator could not follow its material: then the raster is always
+  nearer;
 * its point lies inside the picture, on the side of the surface that the camera sees;
-* all four pixels around it show one surface (no step in depth near, not mostly what is held out, see `Backing`), and
-  have the depth of the hit's own plane there: so that grazing floors work, and edges never mix. Where the material
-  could not be followed, those of the four that do are enough;
+* all four pixels around it show one surface (no step in depth near, not mostly what is held out, see
+  `ScreenSpaceLookup`), and have the depth of the hit's own plane there: so that grazing floors work, and edges never
+  mix. Where the material could not be followed, those of the four that do are enough;
 * nothing that the depth pass leaves out (blended materials) is before it.
 """
 
@@ -31,7 +32,7 @@ from ..core.constants import (
     NO_DEPTH,
 )
 from ..core.rays import Rays, offset_origin, origin_offset
-from ..core.stats import Tally
+from ..core.stats import Stats
 from ..core.vectors import dot, flatnonzero, normalize, take
 from ..geometry.aggregate import Hits, PrimitiveSet
 from ..geometry.flatten import Geometry
@@ -64,8 +65,8 @@ def approximate(table: SurfaceTable) -> Bools:
     return np.array([s.approximate for s in table.surfaces])
 
 
-class Backing:
-    """The raster made ready: read only while rays are traced.
+class ScreenSpaceLookup:
+    """The raster prepared: read only while rays are traced.
 
     place : (h w,) float64, 1 / depth (perspective) or depth (orthographic): over a plane it is linear in the picture.
     whole : (h w,) bool, pixels whose colour is that of one surface, the one that `place` is of.
@@ -114,16 +115,16 @@ class Backing:
         if caustic is not None and self.albedo is not None:
             self.color += (caustic * self.albedo).reshape(-1, 3).T * np.float32(1 / np.pi)
 
-    def look_up(self, rays: Rays, hits: Hits, hit: Bools, tally: Tally) -> tuple[Numbers, Float32]:
+    def look_up(self, rays: Rays, hits: Hits, hit: Bools, stats: Stats) -> tuple[Numbers, Float32]:
         """Which of n rays, of those that `hit`, meet what the raster shows, and its radiance there: (m,), (3, m)."""
         secondary = hit & ~rays.camera
         index = flatnonzero(secondary & self.primitives.take(hits.prim, mode="wrap"))
         index, color = self._shown(rays, hits, index)
         if len(self.veils) and len(index):
-            clear = self._unveiled(rays, hits, index, tally)
+            clear = self._unveiled(rays, hits, index, stats)
             index, color = index[clear], color[:, clear]
-        tally.add("backed", len(index))
-        tally.add("not_backed", np.count_nonzero(secondary) - len(index))
+        stats.add("backed", len(index))
+        stats.add("not_backed", np.count_nonzero(secondary) - len(index))
         return index, color
 
     def _shown(self, rays: Rays, hits: Hits, index: Numbers) -> tuple[Numbers, Float32]:
@@ -131,14 +132,14 @@ class Backing:
         from_eye = self._from_eye(rays, hits, index)
         x, y, depth = self._film(from_eye)
         inside = (x >= 0) & (x < self.width - 1) & (y >= 0) & (y < self.height - 1) & (depth > 0)
-        kept = flatnonzero(inside)
-        normal = take(hits.normal, index[kept])
-        normal *= -np.sign(hits.toward[index[kept]])
-        place, slope_x, slope_y, facing = self._plane(take(from_eye, kept), normal, depth[kept])
+        cache = flatnonzero(inside)
+        normal = take(hits.normal, index[cache])
+        normal *= -np.sign(hits.toward[index[cache]])
+        place, slope_x, slope_y, facing = self._plane(take(from_eye, cache), normal, depth[cache])
         if not facing.all():
-            kept = kept[facing]
+            cache = cache[facing]
             place, slope_x, slope_y = place[facing], slope_x[facing], slope_y[facing]
-        index, u, v = index[kept], x[kept], y[kept]
+        index, u, v = index[cache], x[cache], y[cache]
         column, row = u.astype(np.intp), v.astype(np.intp)
         u -= column
         v -= row
@@ -191,7 +192,7 @@ class Backing:
             return 1 / depth, a * across / k, b * up / k, k < 0
         return depth, a * across / c, b * up / c, c > 0
 
-    def _unveiled(self, rays: Rays, hits: Hits, index: Numbers, tally: Tally) -> Numbers:
+    def _unveiled(self, rays: Rays, hits: Hits, index: Numbers, stats: Stats) -> Numbers:
         """Which of the hits `index` the camera sees past all veils."""
         from_eye = self._from_eye(rays, hits, index)
         point, normal = from_eye + self.eye[:, None], hits.normal[:, index] * -np.sign(hits.toward[index])
@@ -203,7 +204,7 @@ class Backing:
             direction = np.broadcast_to(self.axes[:, 2:], point.shape)
         offset = origin_offset(point.astype(np.float32), self.geometry.extent.take(hits.prim[index]))
         origin, wi = offset_origin(point, normal, offset), np.ascontiguousarray(direction, np.float32)
-        return flatnonzero(~self.veils.occluded(origin, wi, distance.astype(np.float32), tally))
+        return flatnonzero(~self.veils.occluded(origin, wi, distance.astype(np.float32), stats))
 
 
 def _near_steps(place: Float64, reach: int) -> Bools:
