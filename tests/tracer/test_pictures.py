@@ -13,7 +13,7 @@ WHITE_WORLD = World((1.0, 1.0, 1.0))
 
 def picture(scene, **settings):
     """One unfiltered ray a pixel through everything."""
-    film = trace(scene, Settings(**{"samples": 1, "see": "ALL", "threads": 1, **settings}))
+    film = trace(scene, Settings(**{"samples": 1, "camera_sees": "ALL", "threads": 1, **settings}))
     assert not {k: v for k, v in film.invariants.items() if v}, film.invariants
     return film
 

@@ -34,7 +34,7 @@ class BrokenInvariant(Exception):
 
 def shoot(scene: Scene, allow: Sequence[str] = (), mask: Float32 | None = None, **settings: Any) -> Film:
     """Trace with one unfiltered ray a pixel through everything; all invariants but the `allow`ed must hold."""
-    film = trace(scene, Settings(**{"samples": 1, "see": "ALL", **settings}), mask=mask)
+    film = trace(scene, Settings(**{"samples": 1, "camera_sees": "ALL", **settings}), mask=mask)
     broken = {k: v for k, v in film.invariants.items() if v and k not in allow}
     if broken:
         raise BrokenInvariant(", ".join(f"{count} {name.replace('_', ' ')}" for name, count in broken.items()))

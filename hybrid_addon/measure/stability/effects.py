@@ -37,7 +37,7 @@ from .compare import films_differ, largest
 
 THEME = invariance.THEME
 HYBRID: dict[str, Any] = {
-    "see": "RAY_TRACED", "samples": 8, "max_depth": 3, "adaptive": 0.5, "shadow_samples": 1, "cutoff": 1 / 255,
+    "camera_sees": "RAY_TRACED", "samples": 8, "max_depth": 3, "adaptive": 0.5, "shadow_samples": 1, "cutoff": 1 / 255,
     "raster_shadows": True, "caustics": "PHOTONS", "photons": 1 << 13, "rough_samples": 2,
     "occlusion_samples": 2,
     "passes": frozenset({"raster_backed", "samples"}),

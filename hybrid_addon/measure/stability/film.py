@@ -18,7 +18,7 @@ SAMPLES = 4
 
 def masked(scene: Scene, mask: Float32 | None, **settings: Any) -> Film:
     """The scene as hybrid mode traces it."""
-    return build.shoot(scene, mask=mask, **{"see": "RAY_TRACED", "samples": SAMPLES, **settings})
+    return build.shoot(scene, mask=mask, **{"camera_sees": "RAY_TRACED", "samples": SAMPLES, **settings})
 
 
 def glass_scene(size: tuple[int, int] = (48, 48)) -> Scene:
@@ -71,7 +71,7 @@ def _() -> Measured:
 
 @THEME.case(
     36,
-    "ray traced-object-out-of-view",
+    "ray-traced-object-out-of-view",
     "the ray traced ball behind the camera, full mask",
     "black and finite, coverage 0",
     0,

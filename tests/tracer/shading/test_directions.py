@@ -28,7 +28,7 @@ def leaving(monkeypatch):
 
     def run(scene, **settings):
         seen.clear()
-        trace(scene, Settings(**{"samples": 1, "see": "ALL", "threads": 1, **settings}))
+        trace(scene, Settings(**{"samples": 1, "camera_sees": "ALL", "threads": 1, **settings}))
         return np.concatenate([d for d, _ in seen], axis=1), np.concatenate([w for _, w in seen])
 
     return run

@@ -52,7 +52,7 @@ def seen(lights, surface=MIRROR, spheres=(), planes=None, visibility=None, **set
         camera(), surfaces=(surface, BLACK, GLASS), planes=(floor,) if planes is None else planes, spheres=spheres,
         lights=tuple(lights), world=World((0, 0, 0)),
     )  # fmt: skip
-    values = {"samples": 16, "see": "ALL", "threads": 1, **settings}
+    values = {"samples": 16, "camera_sees": "ALL", "threads": 1, **settings}
     return trace(scene, Settings(**values)).radiance
 
 
@@ -182,9 +182,9 @@ def slab(build, roughness, lamps, **settings):
     body = build.box((-2, -2, -1), (2, 2, 0))
     surface = replace(GLASS, roughness=roughness)
     s = build.scene((body, surface), camera=camera(), lights=tuple(lamps), world=World((0, 0, 0)))
-    return trace(s, Settings(**{"samples": 16, "see": "ALL", "threads": 1, "rough_samples": 1, **settings})).radiance[
-        ..., 0
-    ]
+    return trace(
+        s, Settings(**{"samples": 16, "camera_sees": "ALL", "threads": 1, "rough_samples": 1, **settings})
+    ).radiance[..., 0]
 
 
 def test_both_faces_of_a_slab_show_a_lamp_before_it_and_no_more(build):
