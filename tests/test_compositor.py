@@ -40,6 +40,17 @@ def test_complementary_layers_of_one_colour_add_up_to_it(rng):
     np.testing.assert_allclose(result, np.broadcast_to([*color, 1], (5, 7, 4)), atol=3e-7)
 
 
+def test_what_shows_through_the_holdout_is_taken_away(rng):
+    """Where the mask is 1 the sum is the traced layer, whatever EEVEE left there; elsewhere nothing changes."""
+    raster, mask = picture(rng), np.float32([[0, 0.5, 1, 1, 1, 0.999, 0]] * 5)
+    raster[:, 3, :3] = 0
+    traced = compositor.premultiply(rng.random((5, 7, 3), np.float32), mask)
+    layer = compositor.black_out(traced, raster, mask)
+    np.testing.assert_allclose(compositor.add(raster, layer)[mask == 1][:, :3], traced[mask == 1][:, :3], atol=1e-7)
+    np.testing.assert_array_equal(layer[mask != 1], traced[mask != 1])
+    np.testing.assert_array_equal(layer[:, 3], traced[:, 3])
+
+
 def test_over_hides_what_is_behind_opaque_and_shows_it_behind_nothing(rng):
     back = picture(rng)
     opaque = np.concatenate([back[..., :3], np.ones((5, 7, 1), np.float32)], axis=2)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...scene import Camera, Float32
 from ..errors import HybridError
+from ..flags import Flags
 from ..pipeline import scene_setup
 from . import images
 
@@ -57,12 +58,27 @@ def unfit_to_back(scene: bpy.types.Scene) -> str:
         return "depth of field blurs EEVEE's picture, but not its depth"
     if scene.render.use_motion_blur:
         return "motion blur blurs EEVEE's picture, but not its depth"
-    world = scene.world
-    tree = world.node_tree if world is not None else None
-    output = tree.get_output_node("EEVEE") if tree is not None else None
-    if output is not None and output.inputs["Volume"].is_linked:
+    if _has_volume(scene.world):
         return "a world's volume lies between EEVEE's picture and its surfaces"
     return ""
+
+
+def may_scatter(scene: bpy.types.Scene) -> bool:
+    """Whether EEVEE may draw a volume before what is ray traced: light that is right where everything is held out."""
+    if _has_volume(scene.world):
+        return True
+    is_ray_traced = Flags(scene).is_ray_traced
+    return any(
+        b_object.type == "VOLUME" or any(_has_volume(slot.material) for slot in b_object.material_slots)
+        for b_object in bpy.data.objects  # those of instanced collections, too
+        if not is_ray_traced(b_object)
+    )
+
+
+def _has_volume(owner: bpy.types.World | bpy.types.Material | None) -> bool:
+    tree = owner.node_tree if owner is not None else None
+    output = tree.get_output_node("EEVEE") if tree is not None else None
+    return output is not None and output.inputs["Volume"].is_linked
 
 
 def _crop(image: Float32, window: Window) -> Float32:

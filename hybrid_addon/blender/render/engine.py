@@ -117,7 +117,7 @@ def trace_frame(
     progress: Progress,
 ) -> tuple[results.Frame, Film]:
     """Read the mask, translate, trace, premultiply: everything between EEVEE and the compositor."""
-    from ...compositor import light_up, premultiply, shade
+    from ...compositor import black_out, light_up, premultiply, shade
     from ...tracer import trace
     from ..sync import translate
 
@@ -157,6 +157,8 @@ def trace_frame(
     results.sampled(scene.name, film.time["develop"]["wall"])
     mask = film.coverage if mask is None else mask
     traced = premultiply(film.radiance, mask)
+    if drawn is not None and not eevee_half.may_scatter(scene):
+        traced = black_out(traced, drawn, mask)
     if drawn is not None and film.shadow is not None:
         traced = shade(traced, drawn, film.shadow)
     if albedo is not None and film.caustic is not None:
