@@ -53,7 +53,7 @@ def light_up(traced: Float32, irradiance: Float32, albedo: Float32) -> Float32:
 
 
 def black_out(traced: Float32, raster: Float32, mask: Float32) -> Float32:
-    """The traced layer less what the raster shows where it should be black, so that the sum is the traced objects alone.
+    """The traced layer less what the raster shows where all is held out, so that the sum is the traced layer.
 
     Where ray traced objects cover a pixel whole, EEVEE leaves up to a few hundredths of the highlight of their coat:
     its holdout forgets the third of three closures. There the layer may be negative; elsewhere it stays as it is.

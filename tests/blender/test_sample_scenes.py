@@ -176,18 +176,16 @@ def test_every_picture_is_packed_and_nothing_is_linked():
     assert not bpy.data.libraries
 
 
+@pytest.mark.parametrize("name", ["studio"], indirect=True)
 def test_the_softboxes_have_each_another_shape_and_the_bar_is_long_and_thin(name):
-    if name != "studio":
-        pytest.skip("the studio's")
     lamps = {obj.name: obj.data for obj in bpy.data.objects if obj.type == "LIGHT"}
     shapes = {key: lamp.shape for key, lamp in lamps.items()}
     assert shapes == {"Key": "SQUARE", "Side": "RECTANGLE", "Halo": "DISK", "Bar": "RECTANGLE"}
     assert lamps["Bar"].size > 40 * lamps["Bar"].size_y
 
 
+@pytest.mark.parametrize("name", ["studio"], indirect=True)
 def test_the_diamond_is_a_brilliant(name):
-    if name != "studio":
-        pytest.skip("the studio's")
     facets = bpy.data.objects["Diamond"].data.polygons
     girdle = [facet for facet in facets if abs(facet.normal.z) < 1e-3]
     assert (len(facets) - len(girdle), len(girdle)) == (57, 64)  # a table, 32 crown and 24 pavilion facets

@@ -286,6 +286,11 @@ def test_each_setting_is_measured_once_and_timed_as_often_as_asked(swept):
     assert {label for label, _, _ in QUALITY.values()} - {p.preset for p in points} == {"Reference"}
 
 
+def test_presets_are_measured_before_the_time_is_gone(swept):
+    _, _, _, points, _ = swept
+    assert [bool(p.preset) for p in points] == sorted((bool(p.preset) for p in points), reverse=True)
+
+
 def test_a_picture_is_not_compared_with_itself(swept):
     """The reference has samples of its own: its seeds are not the render's."""
     _, deep, _, points, _ = swept
