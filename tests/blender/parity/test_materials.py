@@ -22,6 +22,7 @@ def empty(size, samples):
     b_scene.render.engine = "BLENDER_EEVEE" if "BLENDER_EEVEE" in kinds else "BLENDER_EEVEE_NEXT"
     b_scene.render.resolution_x = b_scene.render.resolution_y = size
     b_scene.eevee.taa_render_samples = samples
+    b_scene.eevee.use_shadows = False  # most of the time of software OpenGL
     b_camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     b_camera.data.type, b_camera.data.ortho_scale = "ORTHO", float(TILES)
     b_camera.location, b_camera.rotation_euler = (0, -10, 0), (math.pi / 2, 0, 0)

@@ -29,6 +29,7 @@ def empty(columns, rows):
     b_scene.render.engine = "BLENDER_EEVEE" if "BLENDER_EEVEE" in kinds else "BLENDER_EEVEE_NEXT"
     b_scene.render.resolution_x, b_scene.render.resolution_y = CELL * columns, CELL * rows
     b_scene.eevee.taa_render_samples = b_scene.hybrid.samples = 2
+    b_scene.eevee.use_shadows = False  # most of the time of software OpenGL
     b_camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     b_camera.data.type, b_camera.data.ortho_scale, b_camera.location = "ORTHO", 2 * max(columns, rows), (0, 0, 10)
     b_scene.collection.objects.link(b_camera)

@@ -27,6 +27,7 @@ def rendered(addon):
     bpy.ops.wm.read_factory_settings()
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y, scene.eevee.taa_render_samples = 96, 72, 8
+    scene.eevee.use_shadows = False  # most of the time of software OpenGL
     bpy.ops.mesh.primitive_plane_add(size=30, location=(0, 0, -1))
     bpy.ops.mesh.primitive_uv_sphere_add(radius=1, location=(2.2, -1.5, 0))
     bpy.ops.object.shade_smooth()

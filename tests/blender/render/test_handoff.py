@@ -37,7 +37,7 @@ def make(path, change=lambda scene, tree: None):
     bpy.ops.wm.read_factory_settings()
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y, scene.hybrid.samples = 48, 32, 1
-    scene.eevee.taa_render_samples = 1
+    scene.eevee.taa_render_samples, scene.eevee.use_shadows = 1, False  # most of the time of software OpenGL
     scene.view_settings.exposure, scene.view_settings.view_transform = 0.5, "AgX"
     cube = bpy.data.objects["Cube"]
     other = cube.copy()

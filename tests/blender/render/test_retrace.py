@@ -20,6 +20,7 @@ def hybrid(scene):
     """The factory scene with a glass cube on a floor; 48 x 32 pixels."""
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 48, 32, 100
     scene.eevee.taa_render_samples = 2
+    scene.eevee.use_shadows = False  # most of the time of software OpenGL
     scene.hybrid.samples = 2
     bpy.ops.mesh.primitive_plane_add(size=12, location=(0, 0, -1))
     bpy.context.object.name = "Floor"
