@@ -27,14 +27,24 @@ pictures: venv  ## Make the pictures in docs/ anew (XVFB_BLENDER=)
 	cp build/demo/hybrid.png build/real/real0/panels.png docs
 	cp build/real/real0/artist/pixel.png docs/image_editor.png
 
-stability: venv  ## Run the stiff and extreme cases: build/stability/stability.html and .json
+pages: venv  ## Write the parts of docs/ that come from the code anew: settings, plan, docs/followed.md
+	$(RUN) -m tools.followed
+	$(RUN) -m tools.pages
+
+docs: venv  ## Build the site from docs/ in build/site; a broken link fails
+	$(RUN) -m venv .venv-docs
+	.venv-docs/bin/python -m pip install --quiet --disable-pip-version-check -r tools/docs-requirements.txt
+	.venv-docs/bin/python -m mkdocs build --strict
+
+stability: venv  ## Run the stiff and extreme cases: build/stability/stability.html and .json, docs/stability.md
 	$(RUN) -m hybrid_addon stability --output build/stability
+	$(RUN) -m tools.pages.stability build/stability/stability.json
 
-bench: venv  ## Measure what it costs: build/bench/bench.md and .json (ARGS="--only thesis --quick", --help)
-	$(RUN) -m tools.bench $(ARGS)
+bench: venv  ## Measure the cost: build/bench/bench.md and .json, docs/benchmarks.md (ARGS="--only thesis --quick", --help)
+	$(RUN) -m tools.bench --page docs/benchmarks.md $(ARGS)
 
-first-picture: venv  ## EEVEE, Hybrid at its defaults and Cycles on 15 scenes: build/first_picture/first_picture.md, sheets
-	$(RUN) -m tools.first_picture $(ARGS)
+first-picture: venv  ## EEVEE, Hybrid at its defaults and Cycles on 15 scenes: build/first_picture, docs/benchmarks.md
+	$(RUN) -m tools.first_picture --page docs/benchmarks.md $(ARGS)
 
 lint: venv  ## Style, banned imports, types
 	$(RUN) -m ruff check
@@ -64,4 +74,4 @@ clean:  ## Remove what was built and rendered (not $(VENV))
 	rm -rf build dist wheels demo .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find hybrid_addon tests tools -name __pycache__ -prune -exec rm -rf {} +
 
-.PHONY: help demo test test-real pictures stability bench first-picture lint format extension extension-local wheels venv clean
+.PHONY: help demo test test-real pictures pages docs stability bench first-picture lint format extension extension-local wheels venv clean

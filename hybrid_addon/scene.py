@@ -121,7 +121,7 @@ Color = RGB | Expression
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """How a surface answers light (Whitted, energy conserving; README "The surface model").
+    """How a surface answers light (Whitted, energy conserving; docs/reference/surface-model.md).
 
     L = r Lr + (1 - r) [ o Llocal + (1 - o) (F Lr + (1 - F) Lt) ] + Le
 
@@ -518,7 +518,7 @@ class Film:
 
     radiance   : (height, width, 3) float32, *not* multiplied by coverage: the mean over the samples that saw something.
     coverage   : (height, width) float32, the filtered share of samples that saw something (tracer's own mask).
-    residual   : (height, width) float32, mean throughput of everything that was cut off (see README "Error").
+    residual   : (height, width) float32, mean throughput of everything that was cut off (docs, Errors and plan).
     rays       : number of rays by kind: camera, reflected, refracted, shadow, dropped.
     time       : seconds by phase, wall and cpu: {"build": {"wall": s, "cpu": s}, ...}.
     invariants : counters that must be 0.

@@ -16,7 +16,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 MANIFEST = tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))
 TOP = {"blender_manifest.toml", "__init__.py", "LICENSE"}
-SUFFIXES = {".py", ".html", ".npy"}
+SUFFIXES = {".py", ".html", ".npy", ".typed"}
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,7 @@
 """Sets up the development environment: a virtual environment with tools/requirements.txt in it.
 
 Run as ``PYTHON tools/bootstrap.py .venv``. Does nothing when that is done already and the requirements are the same.
+Versions are those of tools/constraints-3.x.txt; what these do not name is as new as the requirements allow.
 With INSTALL_SYSTEM_PACKAGES=1 (CI, as root on Debian) it also installs the shared libraries that bpy needs.
 """
 
@@ -13,7 +14,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-REQUIREMENTS = Path(__file__).resolve().parent / "requirements.txt"
+TOOLS = Path(__file__).resolve().parent
+REQUIREMENTS = TOOLS / "requirements.txt"
 VERSIONS = {(3, 13): "Blender 5.2 LTS", (3, 11): "Blender 4.5 LTS"}
 # What bpy links to or opens by name and a server may lack, with the Debian package that has it.
 LIBRARIES = {
@@ -43,7 +45,8 @@ def main(folder: Path) -> None:
         run("apt-get", "install", "-y", "-q", "--no-install-recommends", *packages)
     elif packages:
         sys.exit("Blender's module needs system libraries: sudo apt-get install " + " ".join(packages))
-    recipe = version + " " + hashlib.sha256(REQUIREMENTS.read_bytes()).hexdigest()
+    constraints = TOOLS / f"constraints-{version}.txt"
+    recipe = version + " " + hashlib.sha256(REQUIREMENTS.read_bytes() + constraints.read_bytes()).hexdigest()
     stamp = folder / "set-up-stamp.txt"
     if stamp.exists() and stamp.read_text(encoding="utf-8") == recipe:
         return
@@ -54,7 +57,8 @@ def main(folder: Path) -> None:
     print(f"Setting up {folder} with {VERSIONS[major_minor]} (once, some minutes)", flush=True)
     if not python.exists() or subprocess.run([str(python), "-m", "pip", "-V"], capture_output=True).returncode:
         run(sys.executable, "-m", "venv", "--clear", folder)  # there is none, or a set-up was interrupted
-    run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", REQUIREMENTS)
+    pip = (python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check")
+    run(*pip, "-r", REQUIREMENTS, "-c", constraints)
     run(python, "-c", "import bpy, embreex, OpenImageIO")
     stamp.write_text(recipe, encoding="utf-8")
 

@@ -1,4 +1,4 @@
-"""The report of one frame: a plain, JSON-able dict with the keys that README documents, and two lines for the panel."""
+"""The report of one frame: a plain dict for JSON (docs/manual/report.md has its keys), and two lines for the panel."""
 
 from __future__ import annotations
 

@@ -211,7 +211,7 @@ def test_an_animation_moves_in_both_halves(blender: Blender, folder: Path, scene
 
 def test_open_job_description_installs_the_zip_and_renders(archive: Path, folder: Path, scene: Path, still: Path,
                                                            ) -> None:  # fmt: skip
-    """farm/openjd as README says it, on a Blender that has nothing installed: frame 1 is the picture of `-f 1`."""
+    """farm/openjd as the manual says it, on a Blender that has nothing installed: frame 1 is the picture of `-f 1`."""
     job = {"BlenderFile": scene, "Frames": "1", "OutputFolder": folder / "farm",
            "OutputName": "job_####.png", "HybridExtension": archive, "Blender": shutil.which(BLENDER[0]),
            "HybridBlender": shutil.which(BLENDER[0])}  # fmt: skip
@@ -292,7 +292,7 @@ def test_escape_cancels_at_once_and_leaves_nothing(blender: Blender, folder: Pat
 
 
 def test_the_panels_draw(blender: Blender, folder: Path) -> None:
-    """What stands in README as docs/panels.png; a panel that raises leaves a traceback in the output."""
+    """The picture docs/panels.png; a panel that raises leaves a traceback in the output."""
     blender("--python", HERE / "panels.py", "--", folder / "panels.png", command=XVFB_BLENDER)
     picture = read(folder / "panels.png")
     assert picture.shape[:2] == (800, 1280)

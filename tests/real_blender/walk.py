@@ -105,7 +105,7 @@ def picture(scene: bpy.types.Scene) -> Iterator[float]:
 
 
 def ticked(scene: bpy.types.Scene) -> set[bpy.types.Object]:
-    """What should be ray traced, by the rule in README."""
+    """What should be ray traced, by the rule in docs/manual/first-render.md."""
     collections = [scene.collection, *scene.collection.children_recursive]
     by_collection = {ob for c in collections if c.hybrid.ray_traced for ob in c.all_objects}
     found = {ob for ob in scene.objects if ob.hybrid.ray_traced or ob in by_collection or shows_ticked(ob)}

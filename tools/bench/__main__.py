@@ -12,9 +12,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT))
+sys.path[:0] = [str(ROOT), str(ROOT / "tools")]
 
 import bpy  # noqa: E402
+from pages import blocks  # noqa: E402
 
 import hybrid_addon  # noqa: E402
 
@@ -48,6 +49,7 @@ def main() -> int:
     parser.add_argument("--patience", type=float, metavar="S", help="seconds for the runs of one comparison (60)")
     parser.add_argument("--limit", type=float, default=float("inf"), metavar="S", help="seconds for everything")
     parser.add_argument("--output", type=Path, default=ROOT / "build" / "bench", metavar="DIR")
+    parser.add_argument("--page", type=Path, metavar="FILE", help="Markdown whose sections of these parts it replaces")
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
     hybrid_addon.register()
@@ -75,6 +77,10 @@ def main() -> int:
             say(line)
         write(arguments.output, machine, tables, missing)
     write(arguments.output, machine, tables, missing)
+    if arguments.page and not arguments.quick:
+        about = ", ".join(f"{name} {value}" for name, value in {"commit": blocks.revision(), **machine}.items())
+        sections = {name: "\n\n".join([f"{about}.", *(t.markdown() for t in found)]) for name, found in tables.items()}
+        blocks.write(arguments.page, sections)
     for line in missing:
         say(f"NOT MEASURED: {line}")
     say(f"{time.perf_counter() - began:.0f} s: {arguments.output / 'bench.md'} and bench.json")

@@ -14,6 +14,7 @@ from typing import Any
 import bpy
 from bench.measure import host
 from bench.table import Table
+from pages import blocks
 
 import hybrid_addon as hybrid
 from hybrid_addon.blender import cli
@@ -48,6 +49,9 @@ def main() -> int:
     parser.add_argument("--samples", type=int, metavar="N", help="of EEVEE and Hybrid (16, and Hybrid's default)")
     parser.add_argument("--cycles-samples", type=int, default=4096, metavar="N", help="of Cycles (4096)")
     parser.add_argument("--output", type=Path, default=ROOT / "build" / "first_picture", metavar="DIR")
+    parser.add_argument(
+        "--page", type=Path, metavar="FILE", help="Markdown whose section it replaces when all are drawn"
+    )
     arguments = parser.parse_args()
     hybrid.register()
     for name in arguments.only or SCENES:
@@ -56,21 +60,25 @@ def main() -> int:
         path = arguments.output / name / "figures.json"
         path.write_text(json.dumps(found, indent=1), encoding="utf-8")
         print(f"{name}: {path.with_name('sheet.png')}", flush=True)
-        write(arguments.output)
+        text = write(arguments.output)
+        if arguments.page and all((arguments.output / each / "figures.json").exists() for each in SCENES):
+            blocks.write(arguments.page, {"first-picture": f"Commit {blocks.revision()}.\n\n{text}"})
     print(arguments.output / "first_picture.md", flush=True)
     return 0
 
 
-def write(folder: Path) -> None:
-    """The table of all scenes that are there, as Markdown and as JSON."""
+def write(folder: Path) -> str:
+    """The table of all scenes that are there, as Markdown and as JSON; returns the Markdown."""
     paths = {name: folder / name / "figures.json" for name in SCENES}
     figures = {name: json.loads(path.read_text(encoding="utf-8")) for name, path in paths.items() if path.exists()}
     table = tabulated(figures)
     machine = host()
     about = ", ".join(f"{name} {value}" for name, value in machine.items())
-    (folder / "first_picture.md").write_text(f"{table.markdown()}\n\n{about}.\n", encoding="utf-8")
+    text = f"{table.markdown()}\n\n{about}.\n"
+    (folder / "first_picture.md").write_text(text, encoding="utf-8")
     data = {"schema": 1, "host": machine, "scenes": figures}
     (folder / "first_picture.json").write_text(json.dumps(data, indent=1), encoding="utf-8")
+    return text
 
 
 def tabulated(figures: Mapping[str, Mapping[str, Any]]) -> Table:

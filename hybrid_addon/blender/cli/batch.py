@@ -119,7 +119,7 @@ def _check_distinct(found: Sequence[Shot]) -> None:
 
 
 def run(work: Sequence[Shot], render: Callable[[Shot], None], *, skip_existing: bool, progress: str = "text") -> None:
-    """Render them one after the other, saying how far it is after each: the lines of PROGRESS that README documents."""
+    """Render them one after the other, saying how far it is after each: the lines of PROGRESS (docs/manual)."""
     for done, shot in enumerate(work, 1):
         if not skip_existing:
             render(shot)

@@ -1,4 +1,4 @@
-"""What the artist can set, per object and per scene. The descriptions are the manual: README quotes them."""
+"""What the artist can set, per object and per scene. docs/manual/settings.md is made from the descriptions."""
 
 # No `from __future__ import annotations` here: Blender reads the properties from the annotations themselves.
 

@@ -47,7 +47,7 @@ SITUATIONS: dict[int, str] = {
     32: "odd resolutions and tiles", 33: "large meshes", 34: "smooth normals", 35: "edits between frames",
     36: "masks", 37: "determinism",
 }  # fmt: skip
-"""The situations by number, as README lists them; every one has at least one case."""
+"""The situations by number, as docs/stability.md lists them; every one has at least one case."""
 
 
 def run(cases: Sequence[Case]) -> Iterator[tuple[Case, Result]]:

@@ -120,6 +120,6 @@ PRUNINGS = (
         "samples",
     ),
 )
-"""All prunings, in the order in which a frame meets them. README shows this table."""
+"""All prunings, in the order in which a frame meets them. docs/reference/errors-and-plan.md has them."""
 
 BY_NAME = {pruning.name: pruning for pruning in PRUNINGS}

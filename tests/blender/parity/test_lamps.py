@@ -1,6 +1,6 @@
 """Lamps in smooth and rough surfaces, against EEVEE and Cycles: shapes, radiances, highlights.
 
-Boxes of one picture, each with a lamp of its own that lights nothing else. `pytest -s` prints the tables of README.
+Boxes of one picture, each with a lamp of its own that lights nothing else. `pytest -s` prints the tables in docs.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 The lights stand in the boxes of a black crate, so that one picture holds them all. Their Jitter is on: without it EEVEE
 looks for what hides a light in a few steps, and its soft shadows are too bright, whatever draws the rest. How much too
 bright the table says with HYBRID_PARITY_JITTER=0.
-`pytest -s` prints the table that README shows.
+`pytest -s` prints the table of docs/reference/parity.md.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ def off_edges(picture):
 
 
 def compare(name, raster, traced, flat, bounds=BOUNDS):
-    """What is beyond bounds: differences off edges as shares of the mean, and of all light; printed for README."""
+    """What is beyond bounds: differences off edges as shares of the mean, and of all light; printed for the docs."""
     level, difference = raster.mean(), np.abs(raster - traced)[flat]
     assert level > 0.005, name
     assert flat.mean() > 0.08, name

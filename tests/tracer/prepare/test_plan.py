@@ -1,7 +1,6 @@
 """What is left out, that it is left out, and that leaving it out changes nothing."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +11,8 @@ from hybrid_addon.tracer.geometry import embree
 from hybrid_addon.tracer.prepare.plan import describe
 from hybrid_addon.tracer.prepare.prunings import PRUNINGS
 from hybrid_addon.tracer.shading import shadows
+from tools.pages.blocks import fill
+from tools.pages.from_code import PLAN, plan_blocks
 
 ALL = Settings(samples=2, camera_sees="ALL", threads=1, rough_samples=1, occlusion_samples=1)
 LAMP = PointLight("p", (1, -2, 4), (20, 20, 20))
@@ -195,10 +196,9 @@ def test_a_pruning_that_is_none_is_refused(build):
         trace(build.scene(), replace(ALL, keep=frozenset({"nothing"})))
 
 
-def test_readme_shows_the_table():
-    text = (Path(__file__).parents[3] / "README.md").read_text(encoding="utf-8")
-    rows = [f"| `{p.name}` | {p.leaves_out} | {p.when} | {p.kind} |" for p in PRUNINGS]
-    assert "\n".join(rows) in text
+def test_the_manual_shows_the_table():
+    page = PLAN.read_text(encoding="utf-8")
+    assert page == fill(page, plan_blocks()), "run: make pages"
 
 
 def test_the_plan_says_how_much_was_left_out(build):

@@ -92,7 +92,7 @@ MATERIAL: Table = {
         "surface_render_method, use_raytrace_refraction, thickness_mode, refraction_depth, use_screen_refraction",
     ),
     **irrelevant(
-        "EEVEE's shadows are its own; traced ones are tinted by what they go through (README, The surface model)",
+        "EEVEE's shadows are its own; traced ones are tinted by what they go through (docs, Shadows and caustics)",
         "use_transparent_shadow",
     ),
     **irrelevant(GONE, "blend_method, alpha_threshold, show_transparent_back"),
