@@ -14,7 +14,7 @@ from ..core.vectors import Array, count, dot, orthonormal_basis, select, take
 from ..geometry.swept_boxes import OUTWARD, SweptBoxes
 from .form_factors import ellipse_form_factor, form_factor
 from .light import Bools, Illumination, Lobe, UnitSquare, register
-from .located import LocatedLight
+from .located import LocatedLight, range_window
 
 
 @register(AreaLight)
@@ -76,7 +76,11 @@ class CompiledAreaLight(LocatedLight):
         if count(near, len(d2)):
             toward, facing = self.position - take(point, near), take(normal, near)
             diffuse[near] = np.float32(np.pi) * self._form_factor(toward, u, v, facing)
-        return Illumination(wi, cosine, self.fade(diffuse, point, d2), self.fade(specular, point, d2), d2)
+        if np.isfinite(self.light.range):
+            window = range_window(d2, self.light.range)
+            specular *= window
+            diffuse *= window
+        return Illumination(wi, cosine, diffuse, specular, d2)
 
     def _form_factor(self, toward: Float32, u: Float64, v: Float64, normal: Float32) -> Array:
         """(n,) of half edges or half axes u, v (3,), seen from points `toward` (3, n) before them."""
