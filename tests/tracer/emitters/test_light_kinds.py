@@ -323,20 +323,30 @@ def test_a_matt_lobe_reflects_its_irradiance(name):
 
 
 @every_light
-@pytest.mark.parametrize("factor", [1.0, 0.25])
-def test_photons_carry_its_light(name, factor):
+@pytest.mark.parametrize(
+    ("center", "factor"), [((0.4, 0.3, 0.5), 1.0), ((1.6, -0.1, 2.6), 0.25)], ids=["ahead", "aside"]
+)
+def test_photons_carry_its_light(name, center, factor):
     """On a small ball their power sums to irradiance times pi r^2, and each is on a way that meets the ball."""
     light, n, radius = compiled(replace(LIGHTS[name], diffuse=factor)), 4096, 0.01
-    center = np.array([0.4, 0.3, 0.5])
+    center = np.array(center)
     photons = light.emit_photons(center, radius, squares(n), squares(n, 2))
     place = center[:, None].astype(np.float32)
     lit = illuminate(light, place, illuminate(light, place, UP).wi)
     fading = light.photon_fading(np.linalg.norm(center[:, None] - photons.origin, axis=0))
     expected = light.color[:, 0] * lit.diffuse[0] * factor * np.pi * radius**2
-    np.testing.assert_allclose((photons.power * fading).mean(axis=1), expected, rtol=0.01)
+    np.testing.assert_allclose((photons.power * fading).mean(axis=1), expected, rtol=0.02)
     along = dot(photons.direction, center[:, None] - photons.origin)
     gap = center[:, None] - photons.origin - photons.direction * along
     assert (along > 0).all() and np.linalg.norm(gap, axis=0).max() <= radius * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("name", ["point", "disk", "ball", "near point"])
+def test_photons_fade_as_the_light_of_a_point_does(name):
+    light, distance = compiled(LIGHTS[name]), np.array([0.5, 1.0, 4.0, 7.0])
+    point = np.array(PLACE)[:, None] - distance * UP
+    lit = illuminate(light, point.astype(np.float32), UP)
+    np.testing.assert_allclose(light.photon_fading(distance), lit.specular * distance**2, rtol=1e-5, atol=1e-7)
 
 
 # ------------------------------------------------------------------------------------------------ its picture
