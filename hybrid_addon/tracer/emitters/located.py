@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from ...scene import AreaLight, Float32, Float64, PointLight
+from ...scene import Float32, Float64
 from ..core.constants import REACH_MARGIN
 from ..core.sampler import disk
 from ..core.vectors import Array, dot, orthonormal_basis
 from ..geometry.swept_boxes import SweptBoxes
-from .light import Bounds, CompiledLight, Photons, UnitSquare
+from .light import Bounds, CompiledLight, Photons, SceneLight, UnitSquare
 
 FAR = 1024.0
 """Seen from so many of its radii away, a ball is a disk to 5e-7."""
@@ -19,12 +20,21 @@ FAR = 1024.0
 UP = np.array([[0.0], [0.0], [1.0]])
 
 
+class SceneLocatedLight(SceneLight, Protocol):
+    """What the dataclass of a light has besides that is somewhere."""
+
+    @property
+    def position(self) -> tuple[float, float, float]: ...  # noqa: D102
+    @property
+    def range(self) -> float: ...  # noqa: D102
+
+
 @dataclass(frozen=True, eq=False)
 class LocatedLight(CompiledLight):
     """A light whose dataclass has a `position` and a `range`. What it leaves to a kind of light is in `CompiledLight`,
     and three questions more, each with an answer that suits a light that shines the same to all sides."""
 
-    light: PointLight | AreaLight
+    light: SceneLocatedLight
 
     @property
     def turning_radius(self) -> float:
