@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -283,7 +283,10 @@ class PointLight:
     radius       : metres, of the emitting ball; 0 = a point, with hard shadows.
     soft_falloff : a disk that faces the receiver, not a ball: EEVEE's factor d^2 / (d^2 + radius^2).
     diffuse, specular, transmission : weights of this light where it is scattered, mirrored, and seen through glass.
+    receivers, blockers : numbers of the objects that it lights and that cast shadows in its light; None: all.
     """
+
+    color_field: ClassVar[str] = "intensity"
 
     name: str
     position: tuple[float, float, float]
@@ -320,6 +323,8 @@ class SunLight:
     angle : radians, the diameter of its disk in the sky; 0 = hard shadows.
     """
 
+    color_field: ClassVar[str] = "irradiance"
+
     name: str
     direction: tuple[float, float, float]
     irradiance: RGB
@@ -340,6 +345,8 @@ class AreaLight:
     direction      : unit, the way it shines (its local -Z).
     """
 
+    color_field: ClassVar[str] = "radiance"
+
     name: str
     position: tuple[float, float, float]
     direction: tuple[float, float, float]
@@ -357,6 +364,8 @@ class AreaLight:
 
 
 Light = PointLight | SpotLight | SunLight | AreaLight
+"""Each has `name`, `cast_shadow`, `diffuse`, `specular`, `transmission`, `receivers`, `blockers` with the meanings that
+`PointLight` gives them, and `color_field`, the name of the field that says how strong it is."""
 
 
 @dataclass(frozen=True, eq=False)

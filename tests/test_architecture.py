@@ -137,6 +137,14 @@ def test_who_measures_loads_when_asked_for() -> None:
             assert not [t for t in imported(source, name, is_package) if in_room(t, "measure")], name
 
 
+def test_only_emitters_know_which_lights_there_are() -> None:
+    """A new light is one file there: the rest of the tracer asks the interface (`emitters.light`)."""
+    kinds = {f"hybrid_addon.scene.{kind}Light" for kind in ("Point", "Spot", "Sun", "Area")}
+    knows = {name for name, source, is_package in modules() if kinds & set(imported(source, name, is_package))}
+    assert not [name for name in knows if in_room(name, "tracer") and not in_room(name, "tracer.emitters")]
+    assert "hybrid_addon.tracer.emitters.sun_light" in knows
+
+
 def test_no_file_is_too_long_to_read() -> None:
     long = {name: n for name, source, _ in modules() if (n := source.count("\n")) > LONGEST_FILE}
     assert not long

@@ -7,6 +7,7 @@ Sources: EEVEE's eevee_light.cc (Light::sync, shape_radiance_get, attenuation_ra
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -42,16 +43,14 @@ def translate_light(
     if not _is_placed(b_light, matrix_world):
         warn.add(f"light {b_object.name!r} is nowhere (its matrix is singular or not finite) and gives no light")
         return None
-    if b_light.type == "AREA":
-        return _area(b_object, matrix_world, context, warn)
-    if b_light.type == "SUN":
-        return _sun(b_object, matrix_world)
-    if b_light.type == "SPOT":
-        return _spot(b_object, matrix_world, context)
-    return PointLight(**_point_fields(b_object, matrix_world, context))
+    return TRANSLATORS[b_light.type](b_object, matrix_world, context, warn)
 
 
 # ------------------------------------------------------------------------------------------------ the four kinds
+
+
+def _point(b_object: bpy.types.Object, matrix_world: Float64, context: LightContext, warn: Warnings) -> PointLight:
+    return PointLight(**_point_fields(b_object, matrix_world, context))
 
 
 def _point_fields(b_object: bpy.types.Object, matrix_world: Float64, context: LightContext) -> dict[str, Any]:
@@ -67,7 +66,7 @@ def _point_fields(b_object: bpy.types.Object, matrix_world: Float64, context: Li
     }
 
 
-def _spot(b_object: bpy.types.Object, matrix_world: Float64, context: LightContext) -> SpotLight:
+def _spot(b_object: bpy.types.Object, matrix_world: Float64, context: LightContext, warn: Warnings) -> SpotLight:
     b_light = b_object.data
     return SpotLight(
         **_point_fields(b_object, matrix_world, context),
@@ -77,7 +76,7 @@ def _spot(b_object: bpy.types.Object, matrix_world: Float64, context: LightConte
     )
 
 
-def _sun(b_object: bpy.types.Object, matrix_world: Float64) -> SunLight:
+def _sun(b_object: bpy.types.Object, matrix_world: Float64, context: LightContext, warn: Warnings) -> SunLight:
     axes, _ = _axes_and_scale(matrix_world)
     return SunLight(
         direction=_vector(axes[:, 2]),
@@ -107,6 +106,12 @@ def _area(b_object: bpy.types.Object, matrix_world: Float64, context: LightConte
         range=light_range(b_object.data, context),
         **_common_fields(b_object),
     )
+
+
+Translator = Callable[[bpy.types.Object, Float64, LightContext, Warnings], Light | None]
+
+TRANSLATORS: dict[str, Translator] = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}
+"""By Blender's `Light.type`."""
 
 
 def _common_fields(b_object: bpy.types.Object) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -62,21 +63,23 @@ def reference(exact: bool = False, shadow_samples: int = 1) -> Film:
     return build.shoot(everything(exact), max_depth=5, shadow_samples=shadow_samples)
 
 
+def _changed(light: Light, how: dict[str, Callable[[Any], Any]]) -> Light:
+    """The light with those of its fields changed that have these names: in every kind of light they mean the same."""
+    return replace(light, **{name: how[name](value) for name, value in vars(light).items() if name in how})
+
+
 def scaled(scene: Scene, s: float) -> Scene:
     """The whole scene s times as large; point lights s^2 times as strong, so that nothing changes to the eye."""
 
     def times(vector: Any) -> Any:
         return tuple(s * np.array(vector))
 
-    def light(one: Light) -> Light:
-        if isinstance(one, SunLight):
-            return one
-        reach = s * one.range
-        if isinstance(one, AreaLight):
-            axes = {"axis_u": times(one.axis_u), "axis_v": times(one.axis_v)}
-            return replace(one, position=times(one.position), range=reach, **axes)
-        strong = tuple(s * s * np.array(one.intensity))
-        return replace(one, position=times(one.position), range=reach, intensity=strong, radius=s * one.radius)
+    def length(value: float) -> float:
+        return s * value
+
+    grown: dict[str, Callable[[Any], Any]] = {"range": length, "radius": length}
+    grown |= dict.fromkeys(("position", "axis_u", "axis_v"), times)
+    grown["intensity"] = lambda color: tuple(s * s * np.array(color))
 
     lens, seen = scene.camera, scene.camera.matrix_world.copy()
     seen[:3, 3] *= s
@@ -87,7 +90,7 @@ def scaled(scene: Scene, s: float) -> Scene:
         instances=tuple(replace(i, matrix_world=grow @ i.matrix_world) for i in scene.instances),
         spheres=tuple(replace(b, center=times(b.center), radius=s * b.radius) for b in scene.spheres),
         planes=tuple(replace(p, point=times(p.point)) for p in scene.planes),
-        lights=tuple(light(one) for one in scene.lights),
+        lights=tuple(_changed(one, grown) for one in scene.lights),
     )
 
 
@@ -101,23 +104,15 @@ def rigidly(scene: Scene, matrix: Float64) -> Scene:
     def vector(v: Any) -> Any:
         return tuple(turn @ np.array(v, np.float64))
 
-    def light(one: Light) -> Light:
-        if isinstance(one, SunLight):
-            return replace(one, direction=vector(one.direction))
-        if isinstance(one, AreaLight):
-            axes = {n: vector(getattr(one, n)) for n in ("direction", "axis_u", "axis_v")}
-            return replace(one, position=point(one.position), **axes)
-        if isinstance(one, SpotLight):
-            return replace(one, position=point(one.position), world_to_light=one.world_to_light @ turn.T)
-        return replace(one, position=point(one.position))
-
+    moved: dict[str, Callable[[Any], Any]] = dict.fromkeys(("direction", "axis_u", "axis_v"), vector)
+    moved |= {"position": point, "world_to_light": lambda matrix: matrix @ turn.T}
     return replace(
         scene,
         camera=replace(scene.camera, matrix_world=matrix @ scene.camera.matrix_world),
         instances=tuple(replace(i, matrix_world=matrix @ i.matrix_world) for i in scene.instances),
         spheres=tuple(replace(b, center=point(b.center)) for b in scene.spheres),
         planes=tuple(replace(p, point=point(p.point), normal=vector(p.normal)) for p in scene.planes),
-        lights=tuple(light(one) for one in scene.lights),
+        lights=tuple(_changed(one, moved) for one in scene.lights),
     )
 
 

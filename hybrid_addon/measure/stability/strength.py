@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from ...scene import RGB, AreaLight, Float32, Light, PointLight, Scene, SpotLight, SunLight, Surface, Texture, World
+from ...scene import AreaLight, Float32, Light, PointLight, Scene, SpotLight, SunLight, Surface, Texture, World
 from . import build
 from .case import Measured
 from .compare import largest
@@ -22,15 +23,9 @@ LAMPS: tuple[Light, ...] = (
 
 def brighter(light: Light, factor: float) -> Light:
     """The light with its colour multiplied."""
-
-    def times(color: RGB) -> RGB:
-        return factor * color[0], factor * color[1], factor * color[2]
-
-    if isinstance(light, SunLight):
-        return replace(light, irradiance=times(light.irradiance))
-    if isinstance(light, AreaLight):
-        return replace(light, radiance=times(light.radiance))
-    return replace(light, intensity=times(light.intensity))
+    red, green, blue = getattr(light, light.color_field)
+    color: dict[str, Any] = {light.color_field: (factor * red, factor * green, factor * blue)}
+    return replace(light, **color)
 
 
 def things(*lights: Light, world: World = World()) -> Scene:  # noqa: B008 (frozen)

@@ -25,7 +25,7 @@ from ..core.rays import Rays, camera_rays, concatenate, offset_origin, traceable
 from ..core.sampler import UInt32, hash32
 from ..core.stats import Stats
 from ..core.vectors import dot, largest_component, select, take
-from ..emitters.lights import CompiledLight
+from ..emitters.light import CompiledLight
 from ..parallel.pool import workers
 from ..prepare.compiled import CompiledScene
 from ..shading.crossings import with_sides
@@ -34,7 +34,7 @@ from ..shading.interaction import Interaction, interact
 from ..shading.shadows import visibility
 from ..shading.spawn import children, share_out
 from .caster_bounds import BoundingBalls, find_caster_bounds
-from .photon_emission import emit, fading
+from .photon_emission import emit
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -163,7 +163,7 @@ class _Tracer:
             ray_traced = self.scene.geometry.ray_traced[at.prim]
             lit = True if beam.light.receives is None else beam.light.receives[at.prim]
             landed = np.flatnonzero(~ray_traced & bent[rays.sample] & lit)
-            left = fading(beam.light, travelled[rays.sample[landed]])
+            left = beam.light.photon_fading(travelled[rays.sample[landed]])
             carried = power[:, rays.sample[landed]] * rays.throughput[:, landed] * left
             pixel, share = self._seen(at.take(landed), carried, draw[rays.sample[landed]], stats)
             pixels.append(pixel)
@@ -177,7 +177,7 @@ class _Tracer:
     def _arrive(self, beam: _Beam, rays: Rays, at: Interaction, t: Float64, stats: Stats) -> None:
         """Take from photons what objects that are not ray traced take on their way from the light."""
         back = np.ascontiguousarray(-rays.direction, np.float32)
-        distance = (t if beam.light.has_place else np.full(len(t), np.inf)).astype(np.float32)
+        distance = (np.full(len(t), np.inf) if beam.light.is_infinite else t).astype(np.float32)
         blockers = self.plain.blockers(beam.light)
         share = visibility(self.plain, blockers, back, distance, at.outer, ~at.entering, None, stats)
         rays.throughput *= share

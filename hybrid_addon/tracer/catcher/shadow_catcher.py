@@ -16,13 +16,13 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene import AreaLight, Float32, Float64, SunLight
+from ...scene import Float32, Float64
 from ..core.camera import generate_rays
 from ..core.constants import REACH_MARGIN
 from ..core.rays import traceable
 from ..core.stats import Stats
 from ..core.vectors import dot
-from ..emitters.lights import CompiledLight, disk_of_ball
+from ..emitters.light import CompiledLight
 from ..film.filter import grow
 from ..film.pixels import PixelBuffer
 from ..parallel.pool import workers, zeros_for
@@ -158,26 +158,15 @@ def _may_be_shadowed(view: CompiledScene, band: Pixels, caster_bounds: list[Boun
 def ball_between(light: CompiledLight, point: Float64, center: Float64, radius: float) -> Bools:
     """Whether a ball may lie between points (3, n) and any point of a light; in doubt it does."""
     place = light.position.astype(np.float64)
-    toward: Float64 = place if isinstance(light.light, SunLight) else place - point
+    toward = light.toward(point)
     away = center[:, None] - point
     margin = REACH_MARGIN * (np.abs(point).max(axis=0) + np.abs(place).max() + np.abs(center).max())
     # Nearest to the ball's centre on the way to the light's centre; any other way leaves that one by `spread` at most.
     t = np.maximum(dot(away, toward) / np.maximum(dot(toward, toward) + np.zeros_like(away[0]), 1e-300), 0.0)
-    if isinstance(light.light, SunLight):
-        spread = np.tan(light.light.angle / 2) * (t + radius)
+    spread = light.half_size(toward)
+    if light.is_infinite:
+        spread = spread * (t + radius)
     else:
         t = np.minimum(t, 1.0)
-        spread = np.broadcast_to(_half_size(light, toward), t.shape)
     gap = away - toward * t
     return np.asarray(dot(gap, gap) <= (radius + spread + margin) ** 2)
-
-
-def _half_size(light: CompiledLight, toward: Float64) -> Float64 | float:
-    """How far the points of a light lie from its centre at most, seen along `toward` (3, n)."""
-    if isinstance(light.light, AreaLight):
-        return float(np.linalg.norm(light.light.axis_u) + np.linalg.norm(light.light.axis_v))
-    assert not isinstance(light.light, SunLight)
-    radius = light.light.radius
-    if light.light.soft_falloff or radius == 0:
-        return radius
-    return disk_of_ball(radius, dot(toward, toward))

@@ -15,7 +15,7 @@ from ...scene import Camera, Scene, Settings
 from ..core.cache import PREPARED, SceneCache
 from ..core.camera import near_plane
 from ..core.constants import MIRROR_ROUGHNESS
-from ..emitters.lights import CompiledLight
+from ..emitters.light import CompiledLight
 from ..emitters.screen_space import ScreenSpaceLookup
 from ..geometry.aggregate import PrimitiveSet
 from ..geometry.trees import divides

@@ -8,55 +8,20 @@ everywhere, and everything is needed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene import AreaLight, Camera, Float64, Instance, Light, Scene, Settings, Sphere, SunLight
+from ...scene import Camera, Float64, Instance, Scene, Settings, Sphere
 from ..core.cache import SceneCache
-from ..core.constants import FLAT, LEAST_RADIUS, MANY_WAYS, MOST_FACETS, NEAR_MARGIN
-from ..emitters.lights import disk_of_ball
+from ..core.constants import FLAT, MANY_WAYS, MOST_FACETS, NEAR_MARGIN
+from ..emitters.lights import kind_of
 from ..emitters.world import CompiledWorld
 from ..geometry.instances import MeshInstances, bounds_of_batch, mesh_instances_of, shapes_of
+from ..geometry.swept_boxes import OUTWARD, SweptBoxes
 from ..materials.surfaces import SurfaceTable
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
-
-OUTWARD = np.array([[-1.0], [1.0]])
-"""By which the low and the high corner of a box move when it grows."""
-
-
-@dataclass(frozen=True, eq=False)
-class SweptBoxes:
-    """Where rays can be: in boxes (b, 2, 3) that move with speeds (b, 2, 3) of their two corners, from 0 to `until`.
-
-    Of rays from one box to another that is exactly the convex hull of both.
-    """
-
-    boxes: Float64
-    speeds: Float64
-    until: float
-
-    def touch(self, others: Float64) -> Bools:
-        """(b, k) which other boxes (k, 2, 3) each of them touches."""
-        shape = len(self.boxes), len(others)
-        begin, end = np.zeros(shape), np.full(shape, self.until)
-        (low, high), (low_speed, high_speed) = self.boxes.transpose(1, 2, 0), self.speeds.transpose(1, 2, 0)
-        with np.errstate(all="ignore"):  # boxes may be infinite
-            for axis in range(3):
-                _narrow(begin, end, low_speed[axis, :, None], others[:, 1, axis] - low[axis, :, None])
-                _narrow(begin, end, -high_speed[axis, :, None], high[axis, :, None] - others[:, 0, axis])
-        return begin <= end
-
-
-def _narrow(begin: Float64, end: Float64, speed: Float64, room: Float64) -> None:
-    """Cut times (b, k) down to those when speed (b, 1) times the time is at most the room (b, k)."""
-    time = room / speed
-    np.copyto(end, np.minimum(end, time), where=speed > 0)
-    np.copyto(begin, np.maximum(begin, time), where=speed < 0)
-    np.copyto(end, -np.inf, where=(speed == 0) & (room < 0))
 
 
 def unmet(
@@ -92,7 +57,7 @@ def unmet(
     starts = _few(_where_lit(scene, boxes)[lit])
     for light in (*scene.lights, *world.suns):
         if light.cast_shadow:
-            met = met | (shadow & _any(_to_light(starts, light), others))
+            met = met | (shadow & _any(kind_of(light)(light).swept_boxes(starts), others))
     if settings.occlusion_samples > 0 and world.gives_light:
         near = _grown(starts, settings.occlusion_distance)
         met = met | (secondary & _any(SweptBoxes(near, np.zeros_like(near), 0.0), others))
@@ -153,24 +118,6 @@ def _from_camera(boxes: Float64, camera: Camera) -> SweptBoxes:
     if camera.projection == "PERSP":
         return SweptBoxes(boxes, _eyes(camera) - boxes, 1.0)
     return SweptBoxes(boxes, -_directions(boxes, camera)[:, ::-1], np.inf)
-
-
-def _to_light(boxes: Float64, light: Light) -> SweptBoxes:
-    """Shadow rays from boxes (b, 2, 3), to all places that `lights.offset_on_light` knows."""
-    if isinstance(light, SunLight):
-        direction = np.asarray(light.direction, np.float64)
-        disk = direction / np.sqrt((direction**2).sum()) + abs(np.tan(light.angle / 2)) * OUTWARD
-        return SweptBoxes(boxes, np.broadcast_to(disk, boxes.shape), np.inf)
-    place = np.asarray(light.position, np.float64)
-    if isinstance(light, AreaLight):
-        reach = np.abs([light.axis_u, light.axis_v]).sum(axis=0) * OUTWARD
-    elif light.soft_falloff:
-        reach = light.radius * OUTWARD
-    else:
-        gap = np.maximum(np.maximum(boxes[:, 0] - place, place - boxes[:, 1]), 0.0)
-        d2 = np.maximum((gap**2).sum(axis=1), LEAST_RADIUS)
-        reach = disk_of_ball(light.radius, d2)[:, None, None] * OUTWARD
-    return SweptBoxes(boxes, place + reach - boxes, 1.0)
 
 
 def _shown(

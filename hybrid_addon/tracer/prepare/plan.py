@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from ...scene import RGB, Camera, Expression, Lens, Scene, Settings, Texture, World
 from ..core.cache import SceneCache, key_of
-from ..emitters.lights import CompiledLight, compile_lights
+from ..emitters.light import CompiledLight
+from ..emitters.lights import compile_lights
 from ..emitters.screen_space import backable
 from ..emitters.world import CompiledWorld
 from ..geometry.flatten import Geometry, flatten

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from ...scene import (
-    AreaLight,
     Expression,
     Float32,
     Int32,
@@ -17,12 +16,11 @@ from ...scene import (
     Scene,
     Settings,
     Sphere,
-    SpotLight,
-    SunLight,
     Surface,
     TriangleMesh,
     World,
 )
+from ..emitters.lights import kind_of
 
 _SHARES = ("reflectivity", "opacity")
 _SCALARS = ("ambient", "diffuse", "roughness", "coat", "coat_roughness", "sheen", "sheen_roughness")
@@ -30,7 +28,6 @@ _COLORS = (
     "base_color", "specular", "emission", "reflection_tint", "transmission_tint", "interface_tint", "coat_tint",
     "sheen_tint", "absorption",
 )  # fmt: skip
-_OF_LIGHTS = {"radius", "angle", "diffuse", "specular", "cos_cone", "blend"}
 
 
 def validate(scene: Scene, settings: Settings, mask: Float32 | None) -> None:
@@ -236,26 +233,9 @@ def _check_shape(shape: Sphere | Plane) -> None:
 
 
 def _check_lights(scene: Scene) -> None:
+    objects = len(scene.instances) + len(scene.spheres) + len(scene.planes)
     for light in scene.lights:
-        name = f"light {light.name!r}"
-        place: tuple[float, ...]
-        if isinstance(light, SunLight):
-            color, place = light.irradiance, light.direction
-            _require(any(light.direction), f"{name}: direction must not be 0")
-        elif isinstance(light, AreaLight):
-            color, place = light.radiance, (*light.position, *light.direction, *light.axis_u, *light.axis_v)
-        else:
-            color, place = light.intensity, light.position
-        _require(_finite(color), f"{name}: its colour must be finite, got {color}")
-        _require(_finite(place), f"{name}: its place must be finite, got {place}")
-        for field in _OF_LIGHTS & vars(light).keys():
-            value = getattr(light, field)
-            _require(math.isfinite(value), f"{name}: {field} must be finite, got {value}")
-        for field in {"radius", "angle", "range"} & vars(light).keys():
-            value = getattr(light, field)
-            _require(value >= 0, f"{name}: {field} must not be negative, got {value}")  # a range may be infinite
-        if isinstance(light, SpotLight):
-            _require(bool(np.isfinite(light.world_to_light).all()), f"{name}: world_to_light must be finite")
-        objects = len(scene.instances) + len(scene.spheres) + len(scene.planes)
+        kind_of(light)(light).validate()
         for number in sorted((light.receivers or frozenset()) | (light.blockers or frozenset())):
-            _require(0 <= number < objects, f"{name}: it is linked to object {number}, but there are {objects}")
+            message = f"light {light.name!r}: it is linked to object {number}, but there are {objects}"
+            _require(0 <= number < objects, message)

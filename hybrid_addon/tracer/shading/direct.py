@@ -15,10 +15,10 @@ from ...scene import Float32
 from ..core.constants import MIRROR_ROUGHNESS
 from ..core.stats import Stats
 from ..core.vectors import Index, add, count, dot, flatnonzero, no_brighter, select, take
-from ..emitters.lights import CompiledLight, Illumination, illuminate
+from ..emitters.light import CompiledLight, Illumination
 from ..prepare.compiled import CompiledScene
 from .interaction import Interaction
-from .ltc import Lobe, ggx_lobe, highlight
+from .ltc import Lobe, ggx_lobe
 from .occlusion import open_share
 from .scattering import above, half_way, mirrored, phong, schlick
 from .shadows import TOGETHER, Origins, visible_shares
@@ -87,13 +87,13 @@ class _Lit:
 def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, stats: Stats, cut: Cut | None) -> _Lit:
     """What would arrive from one light. Shadow rays tell whether it comes through the back of a smooth triangle."""
     hit = receivers.hit
-    lit = illuminate(light, receivers.point, hit.n_shading, hit.offset)
+    lit = light.illuminate(receivers.point, hit.n_shading, hit.offset)
     arriving = np.asarray(receivers.diffuse * (lit.diffuse * np.float32(light.light.diffuse)), np.float32)
     if scene.plan.specular and light.light.specular != 0:
         _add_phong(hit, lit, light, arriving)
         for index, color, lobe in receivers.glossy:
             point, normal = take(receivers.point, index), take(hit.n_geometric, index)
-            seen = highlight(light, point, normal, lobe, take(hit.offset, index))
+            seen = light.highlight(point, normal, lobe, take(hit.offset, index))
             add(arriving, index, color * (seen * np.float32(light.light.specular)))
     if light.light.cast_shadow and hit.n_shading is not hit.n_geometric:
         # What casts no shadow, not even on itself, gets no light through its back: a flat one asked for none.

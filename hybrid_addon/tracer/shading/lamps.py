@@ -16,12 +16,12 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene import AreaLight, Float32, Float64, PointLight, SpotLight, SunLight
+from ...scene import Float32, Float64
 from ..core.constants import SHADOW_REACH
 from ..core.rays import REFLECTED_RAY, Rays, offset_origin, origin_offset
 from ..core.stats import Stats
-from ..core.vectors import Array, count, dot, flatnonzero, no_brighter, select, take
-from ..emitters.lights import CompiledLight, range_window, spot_factor
+from ..core.vectors import Array, count, flatnonzero, no_brighter, select, take
+from ..emitters.light import CompiledLight
 from ..film.samples import SampleBuffer
 from ..geometry.aggregate import Hits
 from ..media.nested import transmittance
@@ -66,20 +66,22 @@ def brought(scene: CompiledScene, rays: Rays, radiance: Float32) -> Float32:
 
 def _met(scene: CompiledScene, lamp: CompiledLight, rays: Rays, hits: Hits, stats: Stats) -> tuple[Numbers, Float32]:
     """Which of n rays meet a lamp, (m,), and what they see of it, (3, m)."""
-    meets, distance = meet(lamp, rays.origin, rays.direction)
+    with np.errstate(all="ignore"):
+        meets, distance = lamp.met_by(rays.origin, rays.direction.astype(np.float64))
     if lamp.receives is not None:
         meets &= lamp.receives.take(rays.receiver[0], mode="wrap")
     clear = distance * SHADOW_REACH <= hits.t
     found = flatnonzero(meets & (clear | _lets_through(scene, lamp, hits)))
     if len(found) == 0:
         return found, np.zeros((3, 0), np.float32)
-    share = _share(lamp, take(rays.origin, found), take(rays.kind, found))
-    radiance = (_radiance(lamp) * share).astype(np.float32)
+    factors = np.float32(lamp.light.specular), np.float32(lamp.light.transmission)
+    factor = np.where(take(rays.kind, found) == REFLECTED_RAY, *factors)
+    radiance = (lamp.radiance() * lamp.fade(factor, take(rays.origin, found))).astype(np.float32)
     hidden = flatnonzero(~clear[found])
     if len(hidden) and lamp.light.cast_shadow:
         index = found[hidden]
         radiance[:, hidden] *= _seen_past(scene, lamp, rays.take(index), hits.take(index), distance[index], stats)
-    if scene.media.absorption is not None and not isinstance(lamp.light, SunLight):
+    if scene.media.absorption is not None and not lamp.is_infinite:
         way = np.minimum(distance[found], hits.t[found])
         left = transmittance(scene.media.absorption, take(rays.media, found), way)
         radiance *= left.astype(np.float32)
@@ -110,89 +112,6 @@ def _seen_past(
     return visibility(scene, scene.blockers(lamp), direction, left, origin, np.zeros(len(rays), bool), media, stats)
 
 
-# ------------------------------------------------------------------------------------------------ shapes
-
-
-def _radiance(lamp: CompiledLight) -> Float64:
-    """(3, 1) of its surface; 0 where that is beyond float32.
-
-    Of a ball or disk I / (pi r^2); of a sun E / (pi sin^2) of half its angle.
-    """
-    light, color = lamp.light, lamp.color.astype(np.float64)
-    with np.errstate(all="ignore"):
-        if isinstance(light, SunLight):
-            color = color / (np.pi * np.sin(min(light.angle, np.pi) / 2) ** 2)
-        elif isinstance(light, PointLight):
-            color = color / (np.pi * light.radius**2)
-    return np.where(np.abs(color) < np.finfo(np.float32).max, color, 0.0)
-
-
 def brightest_lamp(scene: CompiledScene) -> float:
     """The largest radiance that a ray can meet on any lamp."""
-    return max((float(np.max(_radiance(lamp))) for lamp in scene.lamps), default=0.0)
-
-
-def _share(lamp: CompiledLight, origin: Float32, kind: NDArray[np.uint8]) -> Array:
-    """(n,) of a lamp's radiance for rays of these kinds from these origins (3, n): factor, range and cone."""
-    light = lamp.light
-    factor = np.where(kind == REFLECTED_RAY, np.float32(light.specular), np.float32(light.transmission))
-    if isinstance(light, SunLight):
-        return factor
-    away = origin - lamp.position
-    if np.isfinite(light.range):
-        factor = factor * range_window(dot(away, away), light.range)
-    if isinstance(light, SpotLight):
-        factor = factor * spot_factor(light, away)
-    return factor
-
-
-def meet(lamp: CompiledLight, origin: Float32, direction: Array) -> tuple[Bools, Float64]:
-    """Whether rays (3, n) meet the shape of a lamp, (n,), and how far along them it is then, (n,)."""
-    light, d = lamp.light, direction.astype(np.float64)
-    with np.errstate(all="ignore"):
-        if isinstance(light, SunLight):
-            return _to_sun(light, lamp.position.astype(np.float64), d)
-        toward = lamp.position.astype(np.float64) - origin
-        if isinstance(light, AreaLight):
-            return _to_area(light, toward, d)
-        if light.soft_falloff:
-            return _to_disk(light.radius, toward, d)
-        return _to_ball(light.radius, toward, d)
-
-
-def _to_sun(light: SunLight, axis: Float64, d: Float64) -> tuple[Bools, Float64]:
-    """A disk of radius tan(angle / 2) at distance 1, seen from infinitely far."""
-    along = dot(axis, d)
-    off = d - axis * along
-    radius = np.tan(min(light.angle, np.pi) / 2)
-    return (along > 0) & (dot(off, off) <= (radius * along) ** 2), np.full(along.shape, np.inf)
-
-
-def _to_area(light: AreaLight, toward: Float64, d: Float64) -> tuple[Bools, Float64]:
-    """A parallelogram, or the ellipse in it, that shines along `direction`."""
-    shines = np.array(light.direction, np.float64)
-    against = -dot(shines, d)
-    t = -dot(shines, toward) / against
-    place = d * t - toward
-    u, v = np.array(light.axis_u, np.float64), np.array(light.axis_v, np.float64)
-    x, y = dot(u / (u @ u), place), dot(v / (v @ v), place)
-    inside = x * x + y * y <= 1 if light.shape == "ELLIPSE" else (np.abs(x) <= 1) & (np.abs(y) <= 1)
-    return (against > 0) & (t > 0) & inside, t
-
-
-def _to_disk(radius: float, toward: Float64, d: Float64) -> tuple[Bools, Float64]:
-    """A disk that faces the origin of each ray."""
-    along = dot(toward, d)
-    t = dot(toward, toward) / along
-    place = d * t - toward
-    return (along > 0) & (dot(place, place) <= radius**2), t
-
-
-def _to_ball(radius: float, toward: Float64, d: Float64) -> tuple[Bools, Float64]:
-    """A ball; from within, all is light."""
-    along = dot(toward, d)
-    nearest = toward - d * along
-    half = radius**2 - dot(nearest, nearest)
-    inside = dot(toward, toward) < radius**2
-    t = along - np.sqrt(half)
-    return inside | ((half >= 0) & (t > 0)), np.where(inside, 0.0, t)
+    return max((float(np.max(lamp.radiance())) for lamp in scene.lamps), default=0.0)

@@ -17,10 +17,10 @@ from ..core.constants import LEAST_COSINE, MIRROR_ROUGHNESS
 from ..core.rays import Rays
 from ..core.stats import Stats
 from ..core.vectors import ALL, Array, Index, dot, flatnonzero, normalize
-from ..emitters.lights import CompiledLight, shadow_rays
+from ..emitters.light import CompiledLight
 from ..prepare.compiled import CompiledScene
 from .interaction import Interaction
-from .ltc import Lobe, ggx_lobe, highlight
+from .ltc import Lobe, ggx_lobe
 from .scattering import reflect, refract
 from .shadows import visibility
 from .spawn import share_out
@@ -44,7 +44,7 @@ def through_rough_glass(scene: CompiledScene, rays: Rays, at: Interaction, stats
     point, outward = at.point.astype(np.float32), -at.n_geometric
     radiance = np.zeros_like(point)
     for lamp in lamps:
-        seen = highlight(lamp, point, outward, lobe, at.offset) * np.float32(lamp.light.transmission)
+        seen = lamp.highlight(point, outward, lobe, at.offset) * np.float32(lamp.light.transmission)
         if lamp.receives is not None:
             seen *= lamp.receives.take(at.prim)
         lit = flatnonzero(seen > 0)
@@ -69,6 +69,6 @@ def _seen(scene: CompiledScene, at: Interaction, lamp: CompiledLight, light: Flo
         return light
     is_spread = at.draws is not None and lamp.is_soft and scene.settings.shadow_samples > 0
     square = at.draws.square(lamp.key, 0, 1) if at.draws is not None and is_spread else None
-    wi, distance = shadow_rays(lamp, at.inner(ALL), -at.n_geometric, square)
+    wi, distance = lamp.shadow_rays(at.inner(ALL), -at.n_geometric, square)
     inside = np.zeros(len(at.prim), bool)
     return light * visibility(scene, scene.blockers(lamp), wi, distance, at.inner(ALL), inside, None, stats)

@@ -14,7 +14,7 @@ from ..core.constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
 from ..core.rays import offset_origin, origin_offset, traceable
 from ..core.stats import Stats
 from ..core.vectors import ALL, Array, Index, count, flatnonzero, select, take, write
-from ..emitters.lights import CompiledLight, shadow_rays
+from ..emitters.light import CompiledLight
 from ..geometry.aggregate import Hits
 from ..geometry.flatten import Geometry
 from ..media.nested import Stack, transmittance
@@ -109,7 +109,7 @@ def _beams(
     draws = None if hit.draws is None or samples == 0 else hit.draws.take(wanted)
     for part in range(max(samples, 1)):
         square = None if draws is None else draws.square(light.key, part, samples)
-        yield _Beam(blockers, wanted, origin, inside, *shadow_rays(light, origin, normal, square), media)
+        yield _Beam(blockers, wanted, origin, inside, *light.shadow_rays(origin, normal, square), media)
 
 
 def _visibilities(scene: CompiledScene, hit: Interaction, beams: Iterable[_Beam], stats: Stats) -> Iterator[Array]:

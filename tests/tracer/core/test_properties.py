@@ -14,7 +14,7 @@ from hybrid_addon.tracer.core.rays import offset_origin, origin_offset, traceabl
 from hybrid_addon.tracer.core.sampler import disk
 from hybrid_addon.tracer.core.vectors import dot, normalize, orthonormal_basis
 from hybrid_addon.tracer.emitters.form_factors import form_factor
-from hybrid_addon.tracer.emitters.lights import range_window
+from hybrid_addon.tracer.emitters.located import range_window
 from hybrid_addon.tracer.film.samples import SampleBuffer
 from hybrid_addon.tracer.geometry.aggregate import barycentrics
 from hybrid_addon.tracer.geometry.flatten import flatten

@@ -3,7 +3,7 @@ import pytest
 
 from hybrid_addon.scene import AreaLight, PointLight, SpotLight, SunLight
 from hybrid_addon.tracer.emitters.form_factors import form_factor
-from hybrid_addon.tracer.emitters.lights import compile_lights, illuminate
+from hybrid_addon.tracer.emitters.lights import compile_lights
 
 
 def light_up(light, points, normals, least=0.0, center=(0, 0, 0)):
@@ -11,7 +11,7 @@ def light_up(light, points, normals, least=0.0, center=(0, 0, 0)):
     points = (np.array(points, float) - center).T.astype(np.float32)
     normals = np.array(normals, np.float32).reshape(-1, 3).T
     normals = np.broadcast_to(normals, points.shape)
-    return illuminate(compiled, points, normals, np.full(points.shape[1], least, np.float32))
+    return compiled.illuminate(points, normals, np.full(points.shape[1], least, np.float32))
 
 
 UP = (0, 0, 1)

@@ -7,8 +7,9 @@ import pytest
 
 from hybrid_addon.scene import AreaLight, Lens, PointLight, Settings, Sphere, SpotLight, SunLight, Visibility, World
 from hybrid_addon.tracer import CompiledScene, trace
-from hybrid_addon.tracer.emitters.lights import compile_lights, shadow_rays
-from hybrid_addon.tracer.prepare.object_culling import OUTWARD, SweptBoxes, _from_camera, _to_light
+from hybrid_addon.tracer.emitters.lights import compile_lights
+from hybrid_addon.tracer.geometry.swept_boxes import OUTWARD, SweptBoxes
+from hybrid_addon.tracer.prepare.object_culling import _from_camera
 from hybrid_addon.tracer.prepare.plan import describe
 
 SETTINGS = Settings(samples=2, threads=1, max_depth=3)
@@ -83,10 +84,10 @@ def test_shadow_rays_stay_on_their_ways():
             origin = between(rng, start[0], 300).T.astype(np.float32)
             square = tuple(rng.random((2, 300), np.float32))
             normal = np.broadcast_to(np.float32([[0], [0], [1]]), origin.shape)
-            wi, distance = shadow_rays(compiled, origin, normal, square if compiled.is_soft else None)
+            wi, distance = compiled.shadow_rays(origin, normal, square if compiled.is_soft else None)
             along = rng.random(300) * np.where(np.isfinite(distance), distance, 20)
             points = (origin + wi * along).T[:, None] + 1e-5 * OUTWARD
-            assert _to_light(start, light).touch(points).all(), light.name
+            assert compiled.swept_boxes(start).touch(points).all(), light.name
 
 
 @pytest.mark.parametrize("projection", ["PERSP", "ORTHO"])

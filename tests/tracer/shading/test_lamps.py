@@ -23,7 +23,6 @@ from hybrid_addon.scene import (
 )
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.emitters.lights import compile_lights
-from hybrid_addon.tracer.shading.lamps import meet
 
 MIRROR = Surface("mirror", layered=True, reflectivity=1.0, roughness=0.0)
 GLASS = Surface("glass", layered=True, opacity=0.0, roughness=0.0, ior=1.5)
@@ -255,7 +254,8 @@ def test_rims_are_where_they_are_at_any_size(name, scale):
     angle = np.arctan(reach / 10) if name != "ball" else np.arcsin(reach / 10)
     for factor, expected in ((0.999, True), (1.001, False)):
         d = np.array([[np.sin(angle * factor)], [0], [np.cos(angle * factor)]], np.float64)
-        meets, t = meet(lamp, np.zeros((3, 1), np.float32), d)
+        with np.errstate(all="ignore"):
+            meets, t = lamp.met_by(np.zeros((3, 1), np.float32), d)
         assert meets[0] == expected
         if expected:
             assert t[0] == pytest.approx(10 * scale, rel=0.01)
@@ -264,5 +264,6 @@ def test_rims_are_where_they_are_at_any_size(name, scale):
 def test_rays_that_run_along_an_area_light_miss_it():
     lamp = place(replace(SQUARE, position=(0, 0, 0)))
     d = np.array([[1.0, 1.0], [0.0, 0.0], [0.0, -1e-7]], np.float32)
-    meets, _ = meet(lamp, np.array([[-3, -3], [0, 0], [0, 0]], np.float32), d)
+    with np.errstate(all="ignore"):
+        meets, _ = lamp.met_by(np.array([[-3, -3], [0, 0], [0, 0]], np.float32), d)
     assert not meets.any()

@@ -13,7 +13,7 @@ from hybrid_addon.tracer.core.constants import MIRROR_ROUGHNESS
 from hybrid_addon.tracer.emitters.form_factors import ball_form_factor, ellipse_form_factor
 from hybrid_addon.tracer.emitters.lights import compile_lights
 from hybrid_addon.tracer.materials.principled import masking
-from hybrid_addon.tracer.shading.ltc import ggx_lobe, highlight
+from hybrid_addon.tracer.shading.ltc import ggx_lobe
 from hybrid_addon.tracer.shading.scattering import reflect
 
 UP = np.array([[0.0], [0.0], [1.0]], np.float32)
@@ -32,7 +32,7 @@ def lit(lamp, roughness, cosine, point=(0.0, 0.0, 0.0)):
     (light,) = compile_lights([lamp], np.zeros(3), np.zeros(1, np.intp))
     lobe = ggx_lobe(eye(cosine), UP, np.array([roughness], np.float32))
     place = np.array(point, np.float32)[:, None]
-    return float(highlight(light, place, UP, lobe, np.zeros(1, np.float32))[0])
+    return float(light.highlight(place, UP, lobe, np.zeros(1, np.float32))[0])
 
 
 def square(center, toward, half, **more):
@@ -190,5 +190,5 @@ def test_a_sun_does_not_come_nearer_in_a_large_scene():
     """A point's own uncertainty is a length; a sun is at none."""
     (sun,) = compile_lights([SunLight("s", (0.6, 0, 0.8), (1, 1, 1), angle=0.1)], np.zeros(3), np.zeros(1, np.intp))
     lobe = ggx_lobe(eye(0.8), UP, np.array([0.3], np.float32))
-    near, far = (highlight(sun, np.zeros((3, 1), np.float32), UP, lobe, np.float32([d]))[0] for d in (0, 50))
+    near, far = (sun.highlight(np.zeros((3, 1), np.float32), UP, lobe, np.float32([d]))[0] for d in (0, 50))
     assert near == far > 0
