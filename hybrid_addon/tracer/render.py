@@ -119,8 +119,8 @@ class _Frame:
         began = time.perf_counter()
         if self.settings.raster_shadows:
             self._work_on_raster()
-            if self.scene.screen_space is not None and self.shadow is not None:
-                self.scene.screen_space.shade(self.shadow, self.caustic)
+            if self.shadow is not None:
+                self.scene = self.scene.shaded(self.shadow, self.caustic)
         ended_rays.forget(self.stats)
         self.sampling = together([self._take(strip) for strip in strips_of(self.width, self.height, self.wanted)])
         self._report(1.0)

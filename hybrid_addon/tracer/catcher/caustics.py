@@ -28,9 +28,8 @@ from ..core.vectors import dot, largest_component, select, take
 from ..emitters.lights import CompiledLight
 from ..parallel.pool import workers
 from ..prepare.compiled import CompiledScene
-from ..shading.crossings import with_sides
-from ..shading.evaluate import resolve
-from ..shading.interaction import Interaction, interact
+from ..shading.evaluate import surface_hits
+from ..shading.interaction import Interaction
 from ..shading.shadows import visibility
 from ..shading.spawn import children, share_out
 from .caster_bounds import BoundingBalls, find_caster_bounds
@@ -154,9 +153,7 @@ class _Tracer:
             if len(chosen) == 0:
                 break
             rays, hits = rays.take(chosen), hits.take(chosen)
-            at, t = interact(self.scene.geometry, self.scene.surfaces, hits, rays), hits.t
-            at = resolve(self.scene.geometry, at, t)
-            at = with_sides(self.scene.geometry, self.scene.media, rays, at, t)
+            at, t = surface_hits(self.scene, rays, hits), hits.t
             travelled[rays.sample] += t
             if wave == 0:
                 self._arrive(beam, rays, at, t, stats)
@@ -179,7 +176,7 @@ class _Tracer:
         back = np.ascontiguousarray(-rays.direction, np.float32)
         distance = (t if beam.light.has_place else np.full(len(t), np.inf)).astype(np.float32)
         blockers = self.plain.blockers(beam.light)
-        share = visibility(self.plain, blockers, back, distance, at.outer, ~at.entering, None, stats)
+        share, _ = visibility(self.plain, blockers, back, distance, at.outer, ~at.entering, None, stats)
         rays.throughput *= share
 
     def _onward(

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene import Camera, Scene, Settings
+from ...scene import Camera, Float32, Scene, Settings
 from ..core.cache import PREPARED, SceneCache
 from ..core.camera import near_plane
 from ..core.constants import MIRROR_ROUGHNESS
@@ -43,7 +43,7 @@ class CompiledScene:
     lamps : lights that reflected and refracted rays can meet.   linked_lamps : not all of them light everything.
     seen_by_camera, seen_by_secondary : what camera rays and all later rays can hit.
     occluders : what hides the world from points, or None: nothing does.
-    backing : what raster-backed hits are looked up in, or None.
+    screen_space : what raster-backed hits are looked up in, or None.
     """
 
     def __init__(
@@ -155,6 +155,15 @@ class CompiledScene:
         it must not have been prepared to be used `once`."""
         other = copy.copy(self)
         other.camera, other.settings = camera, settings
+        return other
+
+    def shaded(self, shadow: Float32, caustic: Float32 | None) -> CompiledScene:
+        """The same scene, whose raster has shadows and light (h, w, 3) that are not drawn in it but will be in the
+        picture."""
+        if self.screen_space is None:
+            return self
+        other = copy.copy(self)
+        other.screen_space = self.screen_space.shaded(shadow, caustic)
         return other
 
     def raster_view(self, shadowed: bool) -> CompiledScene:
