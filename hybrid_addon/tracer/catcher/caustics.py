@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ...scene import Camera, Float32, Float64
 from ..core.camera import project, spread_on_lens
-from ..core.constants import MAX_STRAIGHT_PASSES, SHADOW_REACH
+from ..core.constants import MAX_STRAIGHT_CROSSINGS, SHADOW_REACH
 from ..core.rays import Rays, camera_rays, concatenate, offset_origin, traceable
 from ..core.sampler import UInt32, hash32
 from ..core.stats import Stats
@@ -191,7 +191,9 @@ class _Tracer:
         mirrored = chance * total < reflected
         may_bounce = rays.depth < self.scene.settings.max_depth
         mirrors = mirrored & may_bounce & (total > 0)
-        passes = ~mirrored & (transmitted > 0) & np.where(split.bends, may_bounce, rays.passes < MAX_STRAIGHT_PASSES)
+        passes = (
+            ~mirrored & (transmitted > 0) & np.where(split.bends, may_bounce, rays.straight < MAX_STRAIGHT_CROSSINGS)
+        )
         drawn = replace(
             split,
             reflected=split.reflected * (total / np.where(mirrors, reflected, np.inf)).astype(np.float32),

@@ -17,9 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import AreaLight, Float32, Float64, SunLight
-from ..core.camera import generate_rays
 from ..core.constants import REACH_MARGIN
-from ..core.rays import traceable
 from ..core.stats import Stats
 from ..core.vectors import dot
 from ..emitters.lights import CompiledLight, disk_of_ball
@@ -33,7 +31,7 @@ from .caster_bounds import BoundingBalls, find_caster_bounds
 
 Bools = NDArray[np.bool_]
 
-BAND = 1 << 16
+CHUNK = 1 << 16
 """Pixels that are looked at at once."""
 
 BUDGET_SHARE = 0.5
@@ -119,13 +117,13 @@ def _concerned(view: CompiledScene, pixels: Pixels, stats: Stats) -> Pixels:
     reached = np.zeros((y1 - y0) * (x1 - x0), bool)
 
     def look(start: int) -> tuple[Pixels, Stats]:
-        band = pixels[start : start + BAND]
+        chunk = pixels[start : start + CHUNK]
         counted = Stats()
         with np.errstate(all="ignore"):
-            return band[_may_be_shadowed(view, band, caster_bounds, counted)], counted
+            return chunk[_may_be_shadowed(view, chunk, caster_bounds, counted)], counted
 
     with ThreadPoolExecutor(workers(view.settings)) as pool:
-        for found, counted in pool.map(look, range(0, len(pixels), BAND)):
+        for found, counted in pool.map(look, range(0, len(pixels), CHUNK)):
             reached[found] = True
             stats.merge(counted)
     around = math.ceil(view.settings.filter_radius) + 1 if view.settings.samples > 1 else 0
@@ -133,25 +131,19 @@ def _concerned(view: CompiledScene, pixels: Pixels, stats: Stats) -> Pixels:
     return pixels[grown[pixels]]
 
 
-def _may_be_shadowed(view: CompiledScene, band: Pixels, caster_bounds: list[BoundingBalls], stats: Stats) -> Bools:
+def _may_be_shadowed(view: CompiledScene, chunk: Pixels, caster_bounds: list[BoundingBalls], stats: Stats) -> Bools:
     """Which pixels (m,) show, at their centres, places where a shadow may lie."""
-    x0, y0, x1, _ = view.camera.window
-    geometry, table = view.geometry, view.surfaces
-    x, y = (np.asarray(place + 0.5, np.float64) for place in (x0 + band % (x1 - x0), y0 + band // (x1 - x0)))
-    origin, direction, t_max = generate_rays(view.camera, x, y, geometry.center, geometry.bounds_radius)
-    result = np.zeros(len(band), bool)
-    sound = np.flatnonzero(traceable(origin, direction))
-    origin, direction = origin[:, sound], direction[:, sound].astype(np.float32, copy=False)
-    hits = view.seen_by_camera.nearest(origin, direction, stats)
-    hit = np.flatnonzero((hits.prim >= 0) & ~(hits.t > t_max[sound]))
-    surface = geometry.surface.take(hits.prim[hit])
-    point = origin[:, hit] + direction[:, hit] * hits.t[hit]
+    table = view.surfaces
+    rays, hits = view.shown(chunk, stats)
+    surface = view.geometry.surface.take(hits.prim)
+    point = rays.origin + rays.direction * hits.t
     found = table.reflects.take(surface) | table.transmits.take(surface)
     for light in view.lights:
         if light.light.cast_shadow:
             for group in caster_bounds:
                 found |= ball_between(light, point, group.center, group.radius)
-    result[sound[hit]] = found
+    result = np.zeros(len(chunk), bool)
+    result[rays.sample] = found
     return result
 
 

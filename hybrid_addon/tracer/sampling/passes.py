@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.camera import generate_rays, points_on_lens
-from ..core.rays import Rays, camera_rays
+from ..core.camera import points_on_lens
+from ..core.rays import Rays
 from ..core.sampler import Sampler, pixel_keys
 from ..core.stats import Stats
 from ..film.ended_rays import count_samples
@@ -252,28 +252,22 @@ class Passes:
         self, pixels: Pixels, work: Pass, sampler: Sampler, stats: Stats, begun: NDArray[np.int64]
     ) -> Iterator[Rays]:
         """The camera rays of a portion, some pixels after the others."""
-        geometry, camera, count = self.scene.geometry, self.scene.camera, work.count
+        camera, count = self.scene.camera, work.count
         u, v = (place.astype(np.float64) for place in self.filter.places(work.first, count, work.spread))
         signed = work.signed or self.scene.plan.draws
         branched = not BRANCHES.keys().isdisjoint(wanted_parts(self.settings))
         longest = self.settings.chunk if self.scene.plan.secondary else -(-self.settings.chunk // WITHOUT_TREES)
         number = -(-len(pixels) * count // longest)
         size = -(-len(pixels) // min(number, len(pixels)))
-        in_solid = self.scene.camera_in_solid
         for start in range(0, len(pixels), size):
             x, y = self.grid.at(pixels[start : start + size])
             sample = np.arange(start * count, (start + len(x)) * count)
             film_x, film_y = (x[:, None] + 0.5 + u).ravel(), (y[:, None] + 0.5 + v).ravel()
             on_lens = None if camera.lens is None else points_on_lens(camera.lens, sampler, sample)
-            origin, direction, t_max = generate_rays(
-                camera, film_x, film_y, geometry.center, geometry.bounds_radius, on_lens
-            )
-            media = self.scene.media.empty(len(sample))
-            if in_solid:
-                media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, stats)
+            rays = self.scene.camera_rays(film_x, film_y, stats, sample, on_lens, signed, branched)
             stats.add("camera", len(sample))
             begun += len(sample)
-            yield camera_rays(origin, direction, t_max, sample, media, signed, branched, self.scene.linked_lamps)
+            yield rays
 
 
 def _portions(pixels: Pixels, count: int, threads: int, longest: int, smallest: int) -> list[Pixels]:

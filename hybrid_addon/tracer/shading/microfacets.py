@@ -78,7 +78,7 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Sa
     if not wide.any() or at.draws is None:
         return None
     both = wide & (coated > 0) & (rest > 0) & (lobe != coat)
-    first = wide & (rays.depth == 0) & (rays.passes == 0)
+    first = wide & (rays.depth == 0) & (rays.straight == 0)
     apart = both & first & (coat <= MIRROR_ROUGHNESS)
     rays, at, t, index, is_last = _repeated(scene.settings.rough_samples, rays, at, t, first, apart)
     lobe, coat, coated, rest = (a.take(index) for a in (lobe, coat, coated, rest))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32, Float64
-from ..core.constants import MAX_STRAIGHT_PASSES, MIRROR_ROUGHNESS
+from ..core.constants import MAX_STRAIGHT_CROSSINGS, MIRROR_ROUGHNESS
 from ..core.rays import NO_BRANCH, REFLECTED_RAY, REFLECTION, REFRACTION, TRANSMITTED_RAY, Rays
 from ..core.stats import Stats
 from ..core.vectors import Index, count, flatnonzero, largest_component, most, normalize, put, select, take
@@ -151,7 +151,7 @@ def _followed(
     for the others. Camera rays that pass straight through are never cut: the film's alpha counts them.
     """
     may_bounce = rays.depth < scene.settings.max_depth
-    may_pass = (may_bounce & split.bends) | ((rays.passes < MAX_STRAIGHT_PASSES) & ~split.bends)
+    may_pass = (may_bounce & split.bends) | ((rays.straight < MAX_STRAIGHT_CROSSINGS) & ~split.bends)
     weightless = scene.plan.weightless
     reflected, transmitted = largest_component(split.reflected), largest_component(split.transmitted)
     if not weightless:
@@ -212,7 +212,7 @@ def _child(
         throughput=take(weight, index),
         sample=take(rays.sample, index),
         depth=take(rays.depth, index) + np.int16(1),
-        passes=take(rays.passes, index),
+        straight=take(rays.straight, index),
         t_max=np.full(n, np.inf, np.float32),
         media=take(rays.media, index),
         kind=np.full(n, REFLECTED_RAY if reflects else TRANSMITTED_RAY),
@@ -271,7 +271,7 @@ def _straight(
     """Rays through index-matched surfaces: the same ray goes on behind, and no bounce is spent."""
     child = _child(rays, at, index, at.inner(index), take(rays.direction, index), split.transmitted, False)
     child.depth -= np.int16(1)
-    child.passes = child.passes + np.int16(1)
+    child.straight = child.straight + np.int16(1)
     child.t_max = (take(rays.t_max, index) - take(t, index)).astype(np.float32)
     child.kind, child.receiver = take(rays.kind, index), take(rays.receiver, index)
     child.media = _beyond(scene, child.media, at, index, stats)
