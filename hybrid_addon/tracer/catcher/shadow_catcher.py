@@ -22,11 +22,11 @@ from ..core.stats import Stats
 from ..core.vectors import dot
 from ..emitters.lights import CompiledLight, disk_of_ball
 from ..film.filter import grow
-from ..film.pixels import PixelBuffer
-from ..parallel.pool import workers, zeros_for
+from ..parallel.pool import workers
 from ..prepare.compiled import CompiledScene
-from ..sampling.passes import Pass, Passes, Pixels, Progress
+from ..sampling.passes import Pass, Passes, Progress
 from ..sampling.strips import strips_of
+from ..sampling.tiles import Pixels
 from .caster_bounds import BoundingBalls, find_caster_bounds
 
 Bools = NDArray[np.bool_]
@@ -48,19 +48,22 @@ def raster_shadow(
     """
     x0, y0, x1, y1 = scene.camera.window
     n = (x1 - x0) * (y1 - y0)
+    # Which pixels a shadow may reach.
     pixels = np.arange(n) if mask is None else np.flatnonzero(np.asarray(mask).reshape(-1) < 1)
     views = [scene.raster_view(shadowed) for shadowed in (True, False)]
     pixels = _concerned(views[0], pixels, stats)
     result = np.ones((n, 3), np.float32)
+    # Trace them with these shadows and without, strip by strip.
     if len(pixels):
         wanted = np.zeros(n, bool)
         wanted[pixels] = True
-        rows, parts, now = wanted.reshape(y1 - y0, x1 - x0), [], time.perf_counter()
+        rows, found, now = wanted.reshape(y1 - y0, x1 - x0), [], time.perf_counter()
         enough = now + BUDGET_SHARE * (deadline - now)
         for strip in strips_of(x1 - x0, y1 - y0, rows):
             until = strip.deadline(enough, time.perf_counter())
-            parts.append(_trace(views, scene, rows, strip.rows, stats, until, report))
-        shadowed, plain = (np.concatenate(of_view, axis=1) for of_view in zip(*parts, strict=True))
+            found.append(_trace(views, scene, rows, strip.rows, stats, until, report))
+        shadowed, plain = (np.concatenate(of_view, axis=1) for of_view in zip(*found, strict=True))
+        # What the shadows leave over.
         with np.errstate(all="ignore"):
             share = np.where(shadowed == plain, np.float32(1), shadowed / plain)
         result[pixels] = np.where(np.isfinite(share), share, np.float32(1)).T
@@ -80,8 +83,6 @@ def _trace(
     time for."""
     samples = scene.settings.samples
     both = [Passes(view, report, wanted, rows) for view in views]
-    for passes in both:
-        passes.pixel_buffer = PixelBuffer.zeros(passes.grid, passes.filter, False, zeros=zeros_for(scene.settings))
     pixels = np.arange(len(both[0].grid))
     taken, count = 0, samples if deadline == math.inf else 1
     with both[0], both[1]:
@@ -89,8 +90,7 @@ def _trace(
             for number, passes in enumerate(both):
                 # Samples that see a ray traced object do not count: the raster shows none there.
                 work = Pass(taken, count, scene.seen_by_camera, samples > 1)
-                span = [(taken + count * (number + end) / 2) / samples for end in (0, 1)]
-                passes.run(pixels, work, (span[0], span[1]))
+                passes.run(pixels, work, (taken + count * (number + 1) / 2) / samples)
             taken += count
             count = min(taken, samples - taken)
             if time.perf_counter() > deadline:

@@ -263,7 +263,7 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sample_buffer: 
             weight = take(rays.throughput, shaded) * local
             cut = (
                 None
-                if sample_buffer.unlit is None or not scene.plan.faint
+                if sample_buffer.budget is None or not scene.plan.faint
                 else partial(_cut_light, weight, sample, sample_buffer)
             )
             direct = direct_light(scene, seen, stats, cut, lit is not None)

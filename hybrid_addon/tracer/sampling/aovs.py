@@ -14,7 +14,7 @@ from ..core.vectors import select
 from ..prepare.compiled import CompiledScene
 from ..shading.evaluate import resolve
 from ..shading.interaction import interact
-from .passes import Pixels
+from .tiles import Pixels
 
 CHUNK = 1 << 16
 """Pixels that are worked out at once."""
