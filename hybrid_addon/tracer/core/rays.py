@@ -28,12 +28,12 @@ class Rays:
     origin, direction : (3, n) float32; these float32 values *are* the ray. direction is unit length; those of camera
                         rays of a very wide lens are float64, and refine what the rounded ray hits.
     throughput        : (3, n) float32, what one unit of radiance found by this ray adds to its sample, per channel.
-    sample            : (n,) intp, the sample it adds to, as a number within the portion.
+    sample            : (n,) intp, the sample it adds to, as a number within the tile.
     depth             : (n,) int16, bounces so far.
     straight          : (n,) int16, index-matched surfaces passed unbent so far; they do not count as bounces.
     t_max             : (n,) float32, camera clip end for camera rays, else inf.
     media             : (rows, n) int32, ranks of the solids that the ray is inside of (see `media`).
-    path              : (rows, n) uint32, which reflections and refractions led here (see `signature`, `sampler`), or no
+    path              : (rows, n) uint32, which reflections and refractions led here (see `path_hash`, `sampler`), or no
                         rows.
     kind              : (n,) uint8, what bent it last; CAMERA_RAY: it has at most passed straight through surfaces.
     unlit             : (n,) bool, the light of lamps that comes this way is in the highlight of a surface that it left.

@@ -87,10 +87,11 @@ class SampleBuffer:
         cutoff : throughput that each sample may lose.   depth : most bounces, over which that is released.
         aovs   : light passes that are wanted.   first, sampler, signatures : of the class.
         """
-        # One array: large ones are given in pages of 2 MB, five hundred times as few.
+        # All sums are rows of one array: large ones are given in pages of 2 MB, five hundred times as few.
         names, n = list(aovs), m * count
         rows = np.zeros((10 + sum(LIGHT_AOVS[name] for name in names), n))
         spent, unlit, scratch, followed = rows[5:9].view(np.int64)
+        # The last ones are those of the light passes.
         place = 10 + np.cumsum([LIGHT_AOVS[name] for name in names])
         budget = ErrorBudget.of(cutoff, depth, spent, unlit, scratch)
         return cls(

@@ -36,7 +36,7 @@ Watch = Callable[[Rays, Hits, Index, Interaction | None, Rays], None]
 
 def trace_rays(
     scene: CompiledScene,
-    blocks: Iterable[Rays],
+    chunks: Iterable[Rays],
     first_seen: PrimitiveSet,
     sample_buffer: SampleBuffer,
     stats: Stats,
@@ -46,11 +46,11 @@ def trace_rays(
 ) -> None:
     """Follow camera rays to their ends and add what they find to `sample_buffer`.
 
-    blocks     : of camera rays, each of other samples; one is begun when fewer rays than half of it are left of others.
+    chunks     : of camera rays, each of other samples; one is begun when fewer rays than half of it are left of others.
     first_seen : what camera rays can hit first.   check : called once a wave; raises to stop.   watch : see `Watch`.
-    sampler    : of the portion; None: lights are seen from their centres, so shadows are hard.
+    sampler    : of the tile; None: lights are seen from their centres, so shadows are hard.
     """
-    coming, size = iter(blocks), 0
+    coming, size = iter(chunks), 0
     waiting: list[Rays] = []
     while True:
         first = None
