@@ -165,7 +165,7 @@ class _Tracer:
 
             # What stands before the objects takes its share.
             if wave == 0:
-                self._arrive(beam, rays, at, t, stats)
+                rays = self._arrived(beam, rays, at, t, stats)
 
             # Those that were bent or mirrored and land on anything else go to the pixels that show the place.
             ray_traced = self.scene.geometry.ray_traced[at.prim]
@@ -184,13 +184,13 @@ class _Tracer:
             wave += 1
         return np.concatenate(pixels), np.concatenate(shares, axis=1)
 
-    def _arrive(self, beam: _Beam, rays: Rays, at: Interaction, t: Float64, stats: Stats) -> None:
-        """Take from photons what objects that are not ray traced take on their way from the light."""
+    def _arrived(self, beam: _Beam, rays: Rays, at: Interaction, t: Float64, stats: Stats) -> Rays:
+        """The photons without what objects that are not ray traced take on their way from the light."""
         back = np.ascontiguousarray(-rays.direction, np.float32)
         distance = (t if beam.light.has_place else np.full(len(t), np.inf)).astype(np.float32)
         blockers = self.plain.blockers(beam.light)
         share, _ = visibility(self.plain, blockers, back, distance, at.outer, ~at.entering, None, stats)
-        rays.throughput *= share
+        return replace(rays, throughput=rays.throughput * share)
 
     def _onward(
         self, rays: Rays, at: Interaction, t: Float64, draw: UInt32, bent: Bools, wave: int, stats: Stats

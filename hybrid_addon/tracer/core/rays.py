@@ -21,7 +21,7 @@ UNLIMITED = np.float32(np.inf)
 """A ray's t_max where nothing ends it."""
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Rays:
     """A wave of n rays.
 

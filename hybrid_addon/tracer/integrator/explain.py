@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -84,10 +84,10 @@ class _Tree:
         place = {int(i): number for number, i in enumerate(hit)}
         coming = {}
         for i in range(len(rays)):
-            node, ray = self.waiting[int(rays.path[0, i])], rays.take(np.array([i]))
+            node = self.waiting[int(rays.path[0, i])]
+            ray = replace(rays.take(np.array([i])), sample=np.zeros(1, np.intp))
             node.counts = True
             light = SampleBuffer.zeros(1)
-            ray.sample = np.zeros(1, np.intp)
             for lamp, seen, radiance in lamps_met(self.scene, ray, hits.take(np.array([i])), Stats()):
                 node.lamps += (lamp.light.name,)
                 light.add_radiance(seen.sample, brought(self.scene, seen, radiance))

@@ -133,12 +133,12 @@ def _joined(waiting: list[Rays], size: int, count: int) -> Rays:
     parts = [waiting.pop()]
     while waiting and sum(len(part) for part in parts) + len(waiting[-1]) <= size:
         parts.append(waiting.pop())
-    *rest, rays = _parts(concatenate(parts), count)
+    *rest, rays = _split(concatenate(parts), count)
     waiting += rest
     return rays
 
 
-def _parts(rays: Rays, count: int) -> list[Rays]:
+def _split(rays: Rays, count: int) -> list[Rays]:
     """A wave as it is, in a list, or if it is too long in parts, by pixels of `count` samples each; 0: never in parts.
 
     All rays of a pixel stay together, in their order: what they add up to is the same bit by bit.

@@ -92,7 +92,8 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Sa
     place = draws.square(LOBE)[0]
     is_coat = np.where(apart, is_last, place < odds)
     if len(rays.path):  # samples that leave in different directions are not alike, whatever they meet
-        rays.path = np.where(wide & ~(apart & is_last), hash32(rays.path ^ place.view(np.uint32)), rays.path)
+        path = np.where(wide & ~(apart & is_last), hash32(rays.path ^ place.view(np.uint32)), rays.path)
+        rays = replace(rays, path=path)
     chance = np.where(both & ~apart, np.where(is_coat, odds, 1 - odds), np.float32(1))
     # The microfacets.
     roughness = np.where(is_coat, coat, lobe)
@@ -123,8 +124,11 @@ def _repeated(
     shared = np.where(apart[index], np.where(is_last, 1, times[index] - 1), times[index])
     rays, at = rays.take(index), at.take(index)
     assert at.draws is not None
-    rays.throughput = np.where(shared > 1, rays.throughput / shared.astype(np.float32), rays.throughput)
-    rays.path = np.where(part > 0, hash32(rays.path + part), rays.path)
+    rays = replace(
+        rays,
+        throughput=np.where(shared > 1, rays.throughput / shared.astype(np.float32), rays.throughput),
+        path=np.where(part > 0, hash32(rays.path + part), rays.path),
+    )
     draws = replace(
         at.draws, parts=np.stack([shared.astype(np.uint32), np.where(shared > 1, part, 0)]).astype(np.uint32)
     )

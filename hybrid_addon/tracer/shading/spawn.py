@@ -207,11 +207,18 @@ def _within(
 
 
 def _child(
-    rays: Rays, at: Interaction, index: Index, origin: Float32, direction: Float32, weight: Float32, reflects: bool
+    rays: Rays,
+    at: Interaction,
+    index: Index,
+    origin: Float32,
+    direction: Float32,
+    weight: Float32,
+    media: NDArray[np.int32],
+    unlit: Bools,
+    path_kind: np.uint32,
 ) -> Rays:
-    """Rays one bounce deeper, in the same medium."""
-    n, kind = origin.shape[1], REFLECTED if reflects else TRANSMITTED
-    receiver = np.broadcast_to(take(at.prim, index).astype(np.int32), (len(rays.receiver), n))
+    """Rays that the hits `index` bend, one bounce deeper. path_kind: REFLECTED or TRANSMITTED."""
+    n = origin.shape[1]
     return Rays(
         origin=origin,
         direction=direction,
@@ -220,12 +227,12 @@ def _child(
         depth=take(rays.depth, index) + np.int16(1),
         straight=take(rays.straight, index),
         t_max=np.full(n, np.inf, np.float32),
-        media=take(rays.media, index),
-        kind=np.full(n, REFLECTED_RAY if reflects else TRANSMITTED_RAY),
-        unlit=take(rays.unlit, index),
-        receiver=receiver,
-        path=child_path(take(rays.path, index), kind),
-        branch=_child_branch(take(rays.branch, index), kind),
+        media=media,
+        kind=np.full(n, REFLECTED_RAY if path_kind == REFLECTED else TRANSMITTED_RAY),
+        unlit=unlit,
+        receiver=np.broadcast_to(take(at.prim, index).astype(np.int32), (len(rays.receiver), n)),
+        path=child_path(take(rays.path, index), path_kind),
+        branch=_child_branch(take(rays.branch, index), path_kind),
     )
 
 
@@ -241,11 +248,10 @@ def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, stats: S
         normal = reflecting_normal(wo, normal, take(at.n_geometric, index))
     direction = normalize(reflect(wo, normal))
     stats.add("reflected", direction.shape[1])
-    child = _child(rays, at, index, take(at.outer, index), direction, split.reflected, True)
-    child.unlit = take(split.unlit, index)
+    media, unlit = take(rays.media, index), take(split.unlit, index)
     if at.sides is not None:
-        child.media = at.sides.amend(child.media, index, beyond=False)
-    return child
+        media = at.sides.amend(media, index, beyond=False)
+    return _child(rays, at, index, take(at.outer, index), direction, split.reflected, media, unlit, REFLECTED)
 
 
 def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, stats: Stats) -> Rays:
@@ -256,18 +262,16 @@ def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, 
     if at.n_shading is not at.n_geometric:
         direction = keep_outside(direction, -take(at.n_geometric, index), wo)
     stats.add("refracted", direction.shape[1])
-    child = _child(rays, at, index, at.inner(index), direction, split.transmitted, False)
+    unlit = take(rays.unlit, index)
     if scene.plan.rough and scene.plan.specular:
-        child.unlit = child.unlit | take(at.glows, index)
-    child.media = _beyond(scene, child.media, at, index, stats)
-    return child
+        unlit = unlit | take(at.glows, index)
+    media = _beyond(scene, rays, at, index, stats)
+    return _child(rays, at, index, at.inner(index), direction, split.transmitted, media, unlit, TRANSMITTED)
 
 
-def _beyond(
-    scene: CompiledScene, media: NDArray[np.int32], at: Interaction, index: Index, stats: Stats
-) -> NDArray[np.int32]:
-    """Media (rows, m) of rays that go on behind the hits `index`, from those before."""
-    media = scene.media.cross(media, take(at.prim, index), take(at.entering, index), stats)
+def _beyond(scene: CompiledScene, rays: Rays, at: Interaction, index: Index, stats: Stats) -> NDArray[np.int32]:
+    """Media (rows, m) of rays that go on behind the hits `index`."""
+    media = scene.media.cross(take(rays.media, index), take(at.prim, index), take(at.entering, index), stats)
     return media if at.sides is None else at.sides.amend(media, index, beyond=True)
 
 
@@ -275,11 +279,16 @@ def _straight(
     scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, t: Float64, stats: Stats
 ) -> Rays:
     """Rays through index-matched surfaces: the same ray goes on behind, and no bounce is spent."""
-    child = _child(rays, at, index, at.inner(index), take(rays.direction, index), split.transmitted, False)
-    child.depth -= np.int16(1)
-    child.straight = child.straight + np.int16(1)
-    child.t_max = (take(rays.t_max, index) - take(t, index)).astype(np.float32)
-    child.kind, child.receiver = take(rays.kind, index), take(rays.receiver, index)
-    child.media = _beyond(scene, child.media, at, index, stats)
-    stats.add("straight", len(child))
-    return child
+    path, branch = take(rays.path, index), take(rays.branch, index)
+    on = replace(
+        rays.take(index),
+        origin=at.inner(index),
+        throughput=take(split.transmitted, index),
+        straight=take(rays.straight, index) + np.int16(1),
+        t_max=(take(rays.t_max, index) - take(t, index)).astype(np.float32),
+        media=_beyond(scene, rays, at, index, stats),
+        path=child_path(path, TRANSMITTED),
+        branch=_child_branch(branch, TRANSMITTED),
+    )
+    stats.add("straight", len(on))
+    return on
