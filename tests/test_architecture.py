@@ -122,7 +122,7 @@ def test_every_room_has_its_floor(house: str) -> None:
 
 
 def test_the_floors_catch_an_arrow_upwards() -> None:
-    up = ("hybrid_addon.tracer.core.rays", "from ..shading.direct import local_radiance", False)
+    up = ("hybrid_addon.tracer.core.rays", "from ..shading.direct import direct_light", False)
     assert climbs("tracer", [up]) == {("core", "shading")}
 
 

@@ -1,8 +1,8 @@
-"""The Whitted ray tracer: `trace(scene, settings) -> Film`. Pure numpy; only `accel` talks to Embree.
+"""The Whitted ray tracer: `trace(scene, settings) -> Film`. Pure numpy; only `geometry.embree` talks to Embree.
 
 Several pictures of one scene: `compiled = CompiledScene(scene, settings)` once, then `trace_compiled(compiled)`, or of
 another camera `trace_compiled(compiled.seen_from(camera, settings))`. Of a scene that changes from frame to frame:
-`kept = SceneCache()` once, then `trace(scene, settings, mask, cache=cache)`.
+`cache = SceneCache()` once, then `trace(scene, settings, mask, cache=cache)`.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ from hybrid_addon.tracer.geometry import flatten
 from hybrid_addon.tracer.integrator import whitted
 from hybrid_addon.tracer.media import nested
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 VERSIONS = {"blender": "5.2", "a<b": 'c"d&e'}
 BLENDER_CASES = (
     "sensor-fit-and-shift",

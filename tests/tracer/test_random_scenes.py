@@ -25,7 +25,7 @@ from hybrid_addon.scene import (
 )
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.prepare.prunings import PRUNINGS
-from hybrid_addon.tracer.sampling import passes, strips
+from hybrid_addon.tracer.sampling import strips, tiles
 
 SCENES = int(os.environ.get("HYBRID_RANDOM_SCENES", "24"))
 ELSEWHERE = {"empty-mask", "unmasked", "unchanged", "weightless"}
@@ -145,9 +145,9 @@ class Draw:
 
 @pytest.fixture
 def draw(request, build, monkeypatch):
-    monkeypatch.setattr(passes, "WORTH_IT", 0)
-    monkeypatch.setattr(passes, "SHORTEST", 0)
-    monkeypatch.setattr(passes, "SMALLEST_PORTION", 64)
+    monkeypatch.setattr(tiles, "WORTH_IT", 0)
+    monkeypatch.setattr(tiles, "SHORTEST", 0)
+    monkeypatch.setattr(tiles, "SMALLEST_TILE", 64)
     return Draw(request.param, build)
 
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ...scene import Camera, Float32, Float64
 from ..core.camera import project, spread_on_lens
-from ..core.constants import MAX_STRAIGHT_PASSES, SHADOW_REACH
+from ..core.constants import MAX_STRAIGHT_CROSSINGS, SHADOW_REACH
 from ..core.rays import Rays, camera_rays, concatenate, offset_origin, traceable
 from ..core.sampler import UInt32, hash32
 from ..core.stats import Stats
@@ -28,9 +28,8 @@ from ..core.vectors import dot, largest_component, select, take
 from ..emitters.light import CompiledLight
 from ..parallel.pool import workers
 from ..prepare.compiled import CompiledScene
-from ..shading.crossings import with_sides
-from ..shading.evaluate import resolve
-from ..shading.interaction import Interaction, interact
+from ..shading.evaluate import surface_hits
+from ..shading.interaction import Interaction
 from ..shading.shadows import visibility
 from ..shading.spawn import children, share_out
 from .caster_bounds import BoundingBalls, find_caster_bounds
@@ -40,7 +39,7 @@ Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 
 CHUNK = 1 << 15
-"""Photons that a thread takes at once; sums are in the order of the chunks, whoever works on them."""
+"""Photons that a thread traces at once; sums are in the order of the chunks, whoever works on them."""
 
 PILOT = 1 << 10
 """So many photons tell how much light of each light goes to each group; all are shared out by that."""
@@ -79,6 +78,7 @@ def caustic(scene: CompiledScene, mask: Float32 | None, stats: Stats, check: Cal
     total = np.zeros((5, height * width))  # three channels, the number of photons, and where any can be seen
     total[4] = 1 if mask is None else np.asarray(mask).reshape(-1) < 1
     tracer = _Tracer(scene)
+    # Trace chunks of photons, and add them up in the order of the chunks.
     work = [(beam, first) for beam in _beams(scene) for first in range(0, beam.count, CHUNK)]
     threads = workers(scene.settings)
     with ThreadPoolExecutor(threads, thread_name_prefix="hybrid-photons") as pool:
@@ -89,6 +89,7 @@ def caustic(scene: CompiledScene, mask: Float32 | None, stats: Stats, check: Cal
                 for channel in range(3):
                     total[channel] += np.bincount(pixel, share[channel], minlength=height * width)
                 total[3] += np.bincount(pixel, minlength=height * width)
+    # Spread them over the pixels around.
     picture = _smooth(total.reshape(5, height, width)).transpose(1, 2, 0).astype(np.float32)
     return picture
 
@@ -130,6 +131,8 @@ class _Tracer:
             return *self._run(beam, number, stats), stats
 
     def _run(self, beam: _Beam, number: UInt32, stats: Stats) -> tuple[Numbers, Float64]:
+        """The same of the photons `number` (n,)."""
+        # Send photons from the light.
         emitted = emit(beam.light, beam.group, number, beam.key)
         power = emitted.power / beam.count
         origin, direction = emitted.origin.astype(np.float32), emitted.direction.astype(np.float32)
@@ -143,6 +146,7 @@ class _Tracer:
         travelled, bent, wave = np.zeros(n), np.zeros(n, bool), 0
         pixels, shares = [np.zeros(0, np.intp)], [np.zeros((3, 0))]
         while len(rays):
+            # Find the closest hit of each: first what they are sent to, then anything; solids absorb on the way.
             hits = (self.everything if wave else self.targets).nearest(rays.origin, rays.direction, stats)
             hit = hits.prim >= 0
             if wave == 0:
@@ -153,13 +157,17 @@ class _Tracer:
             chosen = np.flatnonzero(hit)
             if len(chosen) == 0:
                 break
+
+            # Recompute the hits from the exact geometry.
             rays, hits = rays.take(chosen), hits.take(chosen)
-            at, t = interact(self.scene.geometry, self.scene.surfaces, hits, rays), hits.t
-            at = resolve(self.scene.geometry, at, t)
-            at = with_sides(self.scene.geometry, self.scene.media, rays, at, t)
+            at, t = surface_hits(self.scene, rays, hits), hits.t
             travelled[rays.sample] += t
+
+            # What stands before the objects takes its share.
             if wave == 0:
-                self._arrive(beam, rays, at, t, stats)
+                rays = self._arrived(beam, rays, at, t, stats)
+
+            # Those that were bent or mirrored and land on anything else go to the pixels that show the place.
             ray_traced = self.scene.geometry.ray_traced[at.prim]
             lit = True if beam.light.receives is None else beam.light.receives[at.prim]
             landed = np.flatnonzero(~ray_traced & bent[rays.sample] & lit)
@@ -168,24 +176,27 @@ class _Tracer:
             pixel, share = self._seen(at.take(landed), carried, draw[rays.sample[landed]], stats)
             pixels.append(pixel)
             shares.append(share)
+
+            # Those on ray traced objects go on.
             on = np.flatnonzero(ray_traced)
             rays = self._onward(rays.take(on), at.take(on), t[on], draw, bent, wave, stats)
             rays = rays.take(select(traceable(rays.origin, rays.direction)))
             wave += 1
         return np.concatenate(pixels), np.concatenate(shares, axis=1)
 
-    def _arrive(self, beam: _Beam, rays: Rays, at: Interaction, t: Float64, stats: Stats) -> None:
-        """Take from photons what objects that are not ray traced take on their way from the light."""
+    def _arrived(self, beam: _Beam, rays: Rays, at: Interaction, t: Float64, stats: Stats) -> Rays:
+        """The photons without what objects that are not ray traced take on their way from the light."""
         back = np.ascontiguousarray(-rays.direction, np.float32)
         distance = (np.full(len(t), np.inf) if beam.light.is_infinite else t).astype(np.float32)
         blockers = self.plain.blockers(beam.light)
-        share = visibility(self.plain, blockers, back, distance, at.outer, ~at.entering, None, stats)
-        rays.throughput *= share
+        share, _ = visibility(self.plain, blockers, back, distance, at.outer, ~at.entering, None, stats)
+        return replace(rays, throughput=rays.throughput * share)
 
     def _onward(
         self, rays: Rays, at: Interaction, t: Float64, draw: UInt32, bent: Bools, wave: int, stats: Stats
     ) -> Rays:
         """Each photon goes one way, reflected or transmitted, drawn by what they carry; the rest is absorbed."""
+        # Draw one of the two ways, and let it carry the light of both.
         split = share_out(self.scene, rays, at)
         reflected, transmitted = largest_component(split.reflected), largest_component(split.transmitted)
         total = reflected + transmitted
@@ -194,7 +205,9 @@ class _Tracer:
         mirrored = chance * total < reflected
         may_bounce = rays.depth < self.scene.settings.max_depth
         mirrors = mirrored & may_bounce & (total > 0)
-        passes = ~mirrored & (transmitted > 0) & np.where(split.bends, may_bounce, rays.passes < MAX_STRAIGHT_PASSES)
+        passes = (
+            ~mirrored & (transmitted > 0) & np.where(split.bends, may_bounce, rays.straight < MAX_STRAIGHT_CROSSINGS)
+        )
         drawn = replace(
             split,
             reflected=split.reflected * (total / np.where(mirrors, reflected, np.inf)).astype(np.float32),
@@ -209,6 +222,7 @@ class _Tracer:
         Each is seen from one point of the camera's lens, chosen by its random number (n,).
         """
         camera, center = self.scene.camera, self.scene.geometry.center
+        # Where they lie in the picture, seen from there.
         x0, y0, x1, y1 = camera.window
         place, on_lens = at.point + center[:, None], None
         if camera.lens is not None:
@@ -216,6 +230,7 @@ class _Tracer:
             on_lens = spread_on_lens(camera.lens, u, v)
         x, y, depth = project(camera, place, on_lens)
         i, j = np.floor(x) - x0, np.floor(y) - y0
+        # Which of them are in it, on the side that is seen, and not hidden.
         to_eye, distance = _to_eye(camera, place, on_lens)
         cosine = dot(to_eye, at.n_geometric.astype(np.float64))
         inside = (i >= 0) & (i < x1 - x0) & (j >= 0) & (j < y1 - y0)
@@ -226,6 +241,7 @@ class _Tracer:
         toward = take(to_eye, chosen).astype(np.float32)
         hidden = self.scene.seen_by_camera.backwards().occluded(start, toward, reach, stats)
         chosen = chosen[~hidden]
+        # Their power, over the area that the pixel shows.
         area = footprint(camera, depth[chosen], distance[chosen], cosine[chosen])
         pixel = (j[chosen] * (x1 - x0) + i[chosen]).astype(np.intp)
         return pixel, power[:, chosen] / area

@@ -17,23 +17,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32, Float64
-from ..core.camera import generate_rays
 from ..core.constants import REACH_MARGIN
-from ..core.rays import traceable
 from ..core.stats import Stats
 from ..core.vectors import dot
 from ..emitters.light import CompiledLight
 from ..film.filter import grow
-from ..film.pixels import PixelBuffer
-from ..parallel.pool import workers, zeros_for
+from ..parallel.pool import workers
 from ..prepare.compiled import CompiledScene
-from ..sampling.passes import Pass, Passes, Pixels, Progress
+from ..sampling.passes import Pass, Passes, Progress
 from ..sampling.strips import strips_of
+from ..sampling.tiles import Pixels
 from .caster_bounds import BoundingBalls, find_caster_bounds
 
 Bools = NDArray[np.bool_]
 
-BAND = 1 << 16
+CHUNK = 1 << 16
 """Pixels that are looked at at once."""
 
 BUDGET_SHARE = 0.5
@@ -50,19 +48,22 @@ def raster_shadow(
     """
     x0, y0, x1, y1 = scene.camera.window
     n = (x1 - x0) * (y1 - y0)
+    # Which pixels a shadow may reach.
     pixels = np.arange(n) if mask is None else np.flatnonzero(np.asarray(mask).reshape(-1) < 1)
     views = [scene.raster_view(shadowed) for shadowed in (True, False)]
     pixels = _concerned(views[0], pixels, stats)
     result = np.ones((n, 3), np.float32)
+    # Trace them with these shadows and without, strip by strip.
     if len(pixels):
         wanted = np.zeros(n, bool)
         wanted[pixels] = True
-        rows, parts, now = wanted.reshape(y1 - y0, x1 - x0), [], time.perf_counter()
+        rows, found, now = wanted.reshape(y1 - y0, x1 - x0), [], time.perf_counter()
         enough = now + BUDGET_SHARE * (deadline - now)
         for strip in strips_of(x1 - x0, y1 - y0, rows):
             until = strip.deadline(enough, time.perf_counter())
-            parts.append(_trace(views, scene, rows, strip.rows, stats, until, report))
-        shadowed, plain = (np.concatenate(of_view, axis=1) for of_view in zip(*parts, strict=True))
+            found.append(_trace(views, scene, rows, strip.rows, stats, until, report))
+        shadowed, plain = (np.concatenate(of_view, axis=1) for of_view in zip(*found, strict=True))
+        # What the shadows leave over.
         with np.errstate(all="ignore"):
             share = np.where(shadowed == plain, np.float32(1), shadowed / plain)
         result[pixels] = np.where(np.isfinite(share), share, np.float32(1)).T
@@ -82,8 +83,6 @@ def _trace(
     time for."""
     samples = scene.settings.samples
     both = [Passes(view, report, wanted, rows) for view in views]
-    for passes in both:
-        passes.pixel_buffer = PixelBuffer.zeros(passes.grid, passes.filter, False, zeros=zeros_for(scene.settings))
     pixels = np.arange(len(both[0].grid))
     taken, count = 0, samples if deadline == math.inf else 1
     with both[0], both[1]:
@@ -91,8 +90,7 @@ def _trace(
             for number, passes in enumerate(both):
                 # Samples that see a ray traced object do not count: the raster shows none there.
                 work = Pass(taken, count, scene.seen_by_camera, samples > 1)
-                span = [(taken + count * (number + end) / 2) / samples for end in (0, 1)]
-                passes.run(pixels, work, (span[0], span[1]))
+                passes.run(pixels, work, (taken + count * (number + 1) / 2) / samples)
             taken += count
             count = min(taken, samples - taken)
             if time.perf_counter() > deadline:
@@ -119,13 +117,13 @@ def _concerned(view: CompiledScene, pixels: Pixels, stats: Stats) -> Pixels:
     reached = np.zeros((y1 - y0) * (x1 - x0), bool)
 
     def look(start: int) -> tuple[Pixels, Stats]:
-        band = pixels[start : start + BAND]
+        chunk = pixels[start : start + CHUNK]
         counted = Stats()
         with np.errstate(all="ignore"):
-            return band[_may_be_shadowed(view, band, caster_bounds, counted)], counted
+            return chunk[_may_be_shadowed(view, chunk, caster_bounds, counted)], counted
 
     with ThreadPoolExecutor(workers(view.settings)) as pool:
-        for found, counted in pool.map(look, range(0, len(pixels), BAND)):
+        for found, counted in pool.map(look, range(0, len(pixels), CHUNK)):
             reached[found] = True
             stats.merge(counted)
     around = math.ceil(view.settings.filter_radius) + 1 if view.settings.samples > 1 else 0
@@ -133,25 +131,19 @@ def _concerned(view: CompiledScene, pixels: Pixels, stats: Stats) -> Pixels:
     return pixels[grown[pixels]]
 
 
-def _may_be_shadowed(view: CompiledScene, band: Pixels, caster_bounds: list[BoundingBalls], stats: Stats) -> Bools:
+def _may_be_shadowed(view: CompiledScene, chunk: Pixels, caster_bounds: list[BoundingBalls], stats: Stats) -> Bools:
     """Which pixels (m,) show, at their centres, places where a shadow may lie."""
-    x0, y0, x1, _ = view.camera.window
-    geometry, table = view.geometry, view.surfaces
-    x, y = (np.asarray(place + 0.5, np.float64) for place in (x0 + band % (x1 - x0), y0 + band // (x1 - x0)))
-    origin, direction, t_max = generate_rays(view.camera, x, y, geometry.center, geometry.bounds_radius)
-    result = np.zeros(len(band), bool)
-    sound = np.flatnonzero(traceable(origin, direction))
-    origin, direction = origin[:, sound], direction[:, sound].astype(np.float32, copy=False)
-    hits = view.seen_by_camera.nearest(origin, direction, stats)
-    hit = np.flatnonzero((hits.prim >= 0) & ~(hits.t > t_max[sound]))
-    surface = geometry.surface.take(hits.prim[hit])
-    point = origin[:, hit] + direction[:, hit] * hits.t[hit]
+    table = view.surfaces
+    rays, hits = view.shown(chunk, stats)
+    surface = view.geometry.surface.take(hits.prim)
+    point = rays.origin + rays.direction * hits.t
     found = table.reflects.take(surface) | table.transmits.take(surface)
     for light in view.lights:
         if light.light.cast_shadow:
             for group in caster_bounds:
                 found |= ball_between(light, point, group.center, group.radius)
-    result[sound[hit]] = found
+    result = np.zeros(len(chunk), bool)
+    result[rays.sample] = found
     return result
 
 

@@ -22,7 +22,7 @@ SHADOW_REACH = 1 - 2.0**-20
 EMBREE_LIMIT = 1.0e18
 """Embree silently ignores vertices beyond 1.844e18: they are dropped here, where they are counted."""
 
-MAX_STRAIGHT_PASSES = 256
+MAX_STRAIGHT_CROSSINGS = 256
 """A ray goes unbent through at most so many index-matched (IOR 1) surfaces; the rest goes to the residual."""
 
 MOST_RAYS = 1 << 8

@@ -21,19 +21,19 @@ UNLIMITED = np.float32(np.inf)
 """A ray's t_max where nothing ends it."""
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Rays:
     """A wave of n rays.
 
     origin, direction : (3, n) float32; these float32 values *are* the ray. direction is unit length; those of camera
                         rays of a very wide lens are float64, and refine what the rounded ray hits.
     throughput        : (3, n) float32, what one unit of radiance found by this ray adds to its sample, per channel.
-    sample            : (n,) intp, the sample it adds to, as a number within the portion.
+    sample            : (n,) intp, the sample it adds to, as a number within the tile.
     depth             : (n,) int16, bounces so far.
-    passes            : (n,) int16, index-matched surfaces passed unbent so far; they do not count as bounces.
+    straight          : (n,) int16, index-matched surfaces passed unbent so far; they do not count as bounces.
     t_max             : (n,) float32, camera clip end for camera rays, else inf.
     media             : (rows, n) int32, ranks of the solids that the ray is inside of (see `media`).
-    path              : (rows, n) uint32, which reflections and refractions led here (see `signature`, `sampler`), or no
+    path              : (rows, n) uint32, which reflections and refractions led here (see `path_hash`, `sampler`), or no
                         rows.
     kind              : (n,) uint8, what bent it last; CAMERA_RAY: it has at most passed straight through surfaces.
     unlit             : (n,) bool, the light of lamps that comes this way is in the highlight of a surface that it left.
@@ -48,7 +48,7 @@ class Rays:
     throughput: Float32
     sample: NDArray[np.intp]
     depth: NDArray[np.int16]
-    passes: NDArray[np.int16]
+    straight: NDArray[np.int16]
     t_max: Float32
     media: NDArray[np.int32]
     kind: NDArray[np.uint8]
@@ -73,7 +73,7 @@ class Rays:
 
 
 FIELDS = (
-    "origin", "direction", "throughput", "sample", "depth", "passes", "t_max", "media", "kind", "unlit", "receiver",
+    "origin", "direction", "throughput", "sample", "depth", "straight", "t_max", "media", "kind", "unlit", "receiver",
     "path", "branch",
 )  # fmt: skip
 

@@ -1,6 +1,6 @@
 """Where samples fall: one low-discrepancy sequence for the film and the lights.
 
-A point of the unit square is a pure function of (seed, absolute pixel, sample, dimension): portions and threads do not
+A point of the unit square is a pure function of (seed, absolute pixel, sample, dimension): tiles and threads do not
 matter. All dimensions use the R2 sequence (Roberts 2018), shifted by a hash of the pixel and the dimension (Cranley &
 Patterson 1976). But for the film's, each takes it in an order of its own, or light samples would follow film samples
 around: by an Owen permutation of the sample's number (Laine & Karras 2011; Burley 2020), which maps each block of 2^k
@@ -73,7 +73,7 @@ def _reverse(v: UInt32) -> UInt32:
 class Draws:
     """The random numbers of n places in ray trees: worked out for those that ask for some.
 
-    sample : (n,) intp, of the sampler's portion.
+    sample : (n,) intp, of the sampler's tile.
     path   : (n,) uint32, the way through the tree.
     parts  : (2, n) uint32, how many parts of a place there are, and which of them this is; None: it is whole.
     """
@@ -90,7 +90,7 @@ class Draws:
 
     @cached_property
     def _pixel(self) -> NDArray[np.intp]:
-        """(n,) of the sampler's portion."""
+        """(n,) of the sampler's tile."""
         return self.sample // self.sampler.count
 
     @cached_property
@@ -113,7 +113,7 @@ class Draws:
 
 @dataclass(frozen=True, eq=False)
 class Sampler:
-    """The random numbers of a portion: samples first .. first + count - 1 of pixels, pixel by pixel.
+    """The random numbers of a tile: samples first .. first + count - 1 of pixels, pixel by pixel.
 
     pixels : (m,) uint32, see `pixel_keys`.
     """
@@ -123,7 +123,7 @@ class Sampler:
     count: int
 
     def draws(self, sample: NDArray[np.intp], path: UInt32) -> Draws:
-        """Of rays (n,) that belong to samples (n,) of the portion and came on paths (1, n)."""
+        """Of rays (n,) that belong to samples (n,) of the tile and came on paths (1, n)."""
         return Draws(self, sample, path[0])
 
 

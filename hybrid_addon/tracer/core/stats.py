@@ -1,4 +1,4 @@
-"""What one chunk of work counted and how long its phases took; merged by plain sums, so order does not matter."""
+"""What was counted during some work and how long its phases took; merged by plain sums, so order does not matter."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from typing import SupportsInt
 class Stats:
     """Integer counters and phase clocks of one thread's work.
 
-    counts : name -> number (rays by kind, invariants, skipped work).
+    counts : name -> number (rays by kind, invariants, work that was saved).
+    skipped : (what, why) -> number, what was left out. Processes count none.
     wall, cpu : phase -> seconds, exclusive: a phase begun inside another stops the outer clock.
     """
 
     def __init__(self) -> None:
         self.counts: Counter[str] = Counter()
+        self.skipped: Counter[tuple[str, str]] = Counter()
         self.wall: defaultdict[str, float] = defaultdict(float)
         self.cpu: defaultdict[str, float] = defaultdict(float)
         self._open: list[str] = []
@@ -27,6 +29,11 @@ class Stats:
         """Count `number` more of `name`."""
         if int(number):
             self.counts[name] += int(number)
+
+    def skip(self, what: str, why: str, number: int) -> None:
+        """Note that `number` of something were left out."""
+        if number:
+            self.skipped[what, why] += number
 
     @contextmanager
     def phase(self, name: str) -> Iterator[None]:
@@ -47,8 +54,9 @@ class Stats:
         self._since = now
 
     def merge(self, other: Stats) -> None:
-        """Add another tally to this one."""
+        """Add what others counted to this."""
         self.counts.update(other.counts)
+        self.skipped.update(other.skipped)
         for phase in other.wall:
             self.wall[phase] += other.wall[phase]
             self.cpu[phase] += other.cpu[phase]

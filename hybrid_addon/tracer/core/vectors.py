@@ -33,8 +33,8 @@ def cross(a: Array, b: Array) -> Array:
     result = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))
     if a.shape == b.shape and result[0].size > LONG:
         for start in range(0, result.shape[1], LONG):
-            band = slice(start, start + LONG)
-            result[:, band] = cross(a[:, band], b[:, band])
+            chunk = slice(start, start + LONG)
+            result[:, chunk] = cross(a[:, chunk], b[:, chunk])
         return result
     np.subtract(a[1] * b[2], a[2] * b[1], out=result[0])
     np.subtract(a[2] * b[0], a[0] * b[2], out=result[1])

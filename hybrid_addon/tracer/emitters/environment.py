@@ -17,8 +17,8 @@ from ..materials.textures import sample_equirect, sample_texture
 
 PANORAMA_ROWS = (256, 1024)
 """Rows of the image that an expression is worked out to, for its light: those of its largest image, within these."""
-BLOCK = 1 << 18  # texels that an expression is worked out for at once
-BAND = 64  # rows that are summed at once: they stay in a core's cache
+TEXEL_CHUNK = 1 << 18  # texels that an expression is worked out for at once
+ROW_CHUNK = 64  # rows that are summed at once: they stay in a core's cache
 
 
 class Directions:
@@ -89,17 +89,17 @@ class Sky:
         """Directions (3, n) of the world as those of the panorama."""
         return direction if self._expression is not None else matrix_times(self._rotation, direction)
 
-    def rows(self, band: slice) -> Float32:
+    def rows(self, chosen: slice) -> Float32:
         """Some rows (h, w, 3 or 4) of the panorama with factor and limit in its colours."""
-        seen = self._tinted(band)
+        seen = self._tinted(chosen)
         row, column = _brighter(seen, self._limit)
         if len(row):
             seen[row, column, :3] = no_brighter(seen[row, column, :3].T, self._limit).T
         return seen
 
-    def _tinted(self, band: slice) -> Float32:
+    def _tinted(self, rows: slice) -> Float32:
         """The same without the limit. As rows of numbers: three at a time they take ten times as long."""
-        pixels = self.panorama.pixels[band]
+        pixels = self.panorama.pixels[rows]
         factor = np.append(self.factor[:, 0], np.float32(1))[: pixels.shape[2]]
         tinted: Float32 = pixels.reshape(len(pixels), -1) * np.tile(factor, pixels.shape[1])
         return tinted.reshape(pixels.shape)
@@ -111,10 +111,10 @@ class Sky:
         around = np.stack([np.ones(width), np.cos(longitude), np.sin(longitude)])
         latitude = (np.arange(height) + 0.5) / height * np.pi - np.pi / 2
         share = np.diff(np.sin(np.linspace(-np.pi / 2, np.pi / 2, height + 1))) * (2 * np.pi / width)
-        for start in range(0, height, BAND):
-            rows = slice(start, start + BAND)
-            cache = self._kept(self._tinted(rows), latitude[rows], longitude, share[rows], total)
-            total.add(np.matmul(around, cache.astype(np.float64))[..., :3], latitude[rows], share[rows])
+        for start in range(0, height, ROW_CHUNK):
+            rows = slice(start, start + ROW_CHUNK)
+            kept = self._kept(self._tinted(rows), latitude[rows], longitude, share[rows], total)
+            total.add(np.matmul(around, kept.astype(np.float64))[..., :3], latitude[rows], share[rows])
         if self._expression is None:
             total.toward, total.excess_toward = total.toward @ self._rotation, total.excess_toward @ self._rotation
         return total
@@ -200,12 +200,12 @@ def _panorama(expression: Expression) -> Texture:
     """An equirectangular image of an expression."""
     tall = [e.data.pixels.shape[0] for e in walk(expression) if isinstance(e.data, Texture)]
     height = min(max(PANORAMA_ROWS[0], *tall, 0), PANORAMA_ROWS[1])
-    width, rows = 2 * height, max(1, BLOCK // (2 * height))
+    width, rows = 2 * height, max(1, TEXEL_CHUNK // (2 * height))
     pixels = np.ones((height, width, 4), np.float32)
     for start in range(0, height, rows):
         stop = min(start + rows, height)
-        block = directions(height, width, start, stop).reshape(3, -1)
-        pixels[start:stop, :, :3] = _worked_out(expression, block).T.reshape(stop - start, width, 3)
+        chunk = directions(height, width, start, stop).reshape(3, -1)
+        pixels[start:stop, :, :3] = _worked_out(expression, chunk).T.reshape(stop - start, width, 3)
     return Texture("world", pixels)
 
 

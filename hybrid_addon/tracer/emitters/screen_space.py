@@ -15,6 +15,7 @@ backed if
 
 from __future__ import annotations
 
+import copy
 import math
 
 import numpy as np
@@ -66,7 +67,7 @@ def approximate(table: SurfaceTable) -> Bools:
 
 
 class ScreenSpaceLookup:
-    """The raster prepared: read only while rays are traced.
+    """The raster prepared; read only.
 
     place : (h w,) float64, 1 / depth (perspective) or depth (orthographic): over a plane it is linear in the picture.
     whole : (h w,) bool, pixels whose colour is that of one surface, the one that `place` is of.
@@ -109,11 +110,13 @@ class ScreenSpaceLookup:
         left, right, bottom, top = camera.view_plane
         self.size = (right - left) / camera.resolution[0], (top - bottom) / camera.resolution[1]
 
-    def shade(self, shadow: Float32, caustic: Float32 | None) -> None:
-        """Let the raster have shadows and light (h, w, 3) that are not drawn in it but will be in the picture."""
-        self.color = self.drawn * shadow.reshape(-1, 3).T
+    def shaded(self, shadow: Float32, caustic: Float32 | None) -> ScreenSpaceLookup:
+        """The same with shadows and light (h, w, 3) that are not drawn in the raster but will be in the picture."""
+        other = copy.copy(self)
+        other.color = self.drawn * shadow.reshape(-1, 3).T
         if caustic is not None and self.albedo is not None:
-            self.color += (caustic * self.albedo).reshape(-1, 3).T * np.float32(1 / np.pi)
+            other.color += (caustic * self.albedo).reshape(-1, 3).T * np.float32(1 / np.pi)
+        return other
 
     def look_up(self, rays: Rays, hits: Hits, hit: Bools, stats: Stats) -> tuple[Numbers, Float32]:
         """Which of n rays, of those that `hit`, meet what the raster shows, and its radiance there: (m,), (3, m)."""
@@ -132,14 +135,14 @@ class ScreenSpaceLookup:
         from_eye = self._from_eye(rays, hits, index)
         x, y, depth = self._film(from_eye)
         inside = (x >= 0) & (x < self.width - 1) & (y >= 0) & (y < self.height - 1) & (depth > 0)
-        cache = flatnonzero(inside)
-        normal = take(hits.normal, index[cache])
-        normal *= -np.sign(hits.toward[index[cache]])
-        place, slope_x, slope_y, facing = self._plane(take(from_eye, cache), normal, depth[cache])
+        kept = flatnonzero(inside)
+        normal = take(hits.normal, index[kept])
+        normal *= -np.sign(hits.toward[index[kept]])
+        place, slope_x, slope_y, facing = self._plane(take(from_eye, kept), normal, depth[kept])
         if not facing.all():
-            cache = cache[facing]
+            kept = kept[facing]
             place, slope_x, slope_y = place[facing], slope_x[facing], slope_y[facing]
-        index, u, v = index[cache], x[cache], y[cache]
+        index, u, v = index[kept], x[kept], y[kept]
         column, row = u.astype(np.intp), v.astype(np.intp)
         u -= column
         v -= row

@@ -29,8 +29,9 @@ def draw(owner: Numbers, cost: NDArray[np.int64], most: Numbers, chance: Float64
     most   : (n,) of how many branches of its sample, at least 1, are to be left.
     chance : (n,) random number of its sample, strictly between 0 and 1.
 
-    SampleBuffer are of whole units, so what other samples are there changes no bit.
+    Sums are of whole units, so what other samples are there changes no bit.
     """
+    # Sort by sample, the heaviest first.
     cost = np.minimum(cost, HEAVIEST)
     order = np.lexsort((-cost, owner))
     owner, cost, most, chance = owner[order], cost[order], most[order], chance[order]
@@ -43,14 +44,15 @@ def draw(owner: Numbers, cost: NDArray[np.int64], most: Numbers, chance: Float64
     rest = end - before  # this one and all that are lighter
     # The heaviest stay as long as each weighs at least an even share of what is left for the places that are left.
     too_light = cost.astype(np.float64) * (most - rank) < rest
-    cache = np.repeat(np.minimum.reduceat(np.where(too_light, rank, len(owner)), starts), number)
-    cache = np.minimum(cache, np.repeat(number, number))
-    first = np.minimum(np.repeat(starts, number) + cache, len(owner) - 1)  # of the others
-    threshold = (end - before[first]) / np.maximum(most - cache, 1)
+    kept = np.repeat(np.minimum.reduceat(np.where(too_light, rank, len(owner)), starts), number)
+    kept = np.minimum(kept, np.repeat(number, number))
+    first = np.minimum(np.repeat(starts, number) + kept, len(owner) - 1)  # of the others
+    # Of the others each stays with its share of what all of them weigh, on one random number.
+    threshold = (end - before[first]) / np.maximum(most - kept, 1)
     at_start = (before - before[first]) / threshold + chance
     at_end = (total - before[first]) / threshold + chance
     lucky = np.floor(at_end) > np.floor(at_start)
-    factor = np.where(rank < cache, 1.0, np.where(lucky, threshold / cost, 0.0))
+    factor = np.where(rank < kept, 1.0, np.where(lucky, threshold / cost, 0.0))
     result = np.empty(len(owner))
     result[order] = factor
     return result

@@ -35,7 +35,7 @@ def count_ended(place: NDArray[np.intp], weight: Float32, stats: Stats) -> None:
 
 
 def count_samples(sample_buffer: SampleBuffer, stats: Stats) -> None:
-    """Count the samples of a portion, those that lost much, and what all of them brought and lost."""
+    """Count the samples of a tile, those that lost much, and what all of them brought and lost."""
     seen = sample_buffer.seen > 0
     lost = np.minimum(sample_buffer.residual - sample_buffer.stood_for, 1.0)[seen]
     stats.add("samples_seen", len(lost))
@@ -50,13 +50,13 @@ COUNTERS = ("samples_seen", "samples_ended", "light_lost", "light_kept", "light_
 
 def found(stats: Stats) -> dict[str, object]:
     """What was counted, as `Film.ended` says it."""
-    seen, cache, ended = (stats.counts[name] for name in ("samples_seen", "light_kept", "samples_ended"))
+    seen, kept, ended = (stats.counts[name] for name in ("samples_seen", "light_kept", "samples_ended"))
     at = {int(name.removeprefix(AT)): n * UNIT for name, n in stats.counts.items() if name.startswith(AT) and n}
     return {
         "least": ENDED,
         "share": ended / max(seen, 1),
         "lost": stats.counts["light_lost"] * UNIT / max(ended, 1),
-        "around": stats.counts["light_found"] / cache if cache else 1.0,
+        "around": stats.counts["light_found"] / kept if kept else 1.0,
         "cutoff": stats.counts["lost_to_cutoff"] * UNIT,
         "objects": at,
     }

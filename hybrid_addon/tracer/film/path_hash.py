@@ -30,7 +30,7 @@ NORMAL_STEPS = 64.0
 
 @dataclass(eq=False)
 class Signatures:
-    """Signatures of the samples of a portion.
+    """Signatures of the samples of a tile.
 
     values     : (samples,) uint32, sums over the nodes of each tree, in any order; 0: nothing seen.
     identity   : (np,) uint32 of the primitives (see `identities`).

@@ -13,8 +13,9 @@ from ...scene import Float32, Float64
 from ..core.constants import HALVES_TO_ERROR, SAMPLING_SLOPE
 from ..core.vectors import Index, as_slice, evenly, flatnonzero, take, write
 from ..parallel.pool import Zeros
+from .adaptive_stats import AdaptiveStats, contrast
 from .filter import Grid, PixelFilter
-from .samples import LIGHT_PASSES, SampleBuffer
+from .samples import LIGHT_AOVS, SampleBuffer
 
 Bools = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
@@ -23,10 +24,10 @@ Source = tuple[Index, NDArray[np.int32]]
 RADIANCE, SEEN, RESIDUAL, OWN = slice(0, 3), 3, 4, slice(0, 4)
 """Rows of `PixelBuffer.given`; those of light passes follow."""
 
-BAND = 1 << 16
+GATHER_CHUNK = 1 << 16
 """Pixels that are gathered at once."""
 
-GIVEN_AT_ONCE = 1 << 13
+GIVE_CHUNK = 1 << 13
 """Pixels whose samples are weighed at once: they stay in a core's cache."""
 
 ESTIMATED = 1 << 14
@@ -35,7 +36,7 @@ ESTIMATED = 1 << 14
 
 @dataclass(eq=False)
 class PixelBuffer:
-    """SampleBuffer over the samples of the n pixels of a grid so far.
+    """What the samples of the n pixels of a grid add up to so far.
 
     Every pixel holds what it gives: sums of its own samples under the k weights of the filter. What a pixel gets is
     gathered at the end, when all numbers of samples are known. So no one writes to another's pixel, and pixels with few
@@ -44,12 +45,10 @@ class PixelBuffer:
     given    : (k, c, n) float32; the rows are RADIANCE, SEEN (samples that count), RESIDUAL (throughput cut off) and
                the light passes. Each is summed sample by sample in their order: however passes cut them up, the bits
                are the same.
-    rows     : of the light passes, by name (see `SampleBuffer.parts`).
+    rows     : of the light passes, by name (see `SampleBuffer.aovs`).
     samples  : (n,) int32, camera samples taken.
     variance : (n,) float32, estimate of the squared error of the own mean, over the channels; NaN where unknown.
-    apart    : (n,) float32, contrast between the means of the first and the second half of the own samples.
-    signature, uneven, low, high : of the samples of signed passes, where adaptive sampling asks: the signature (n,) of
-               the first, whether others differ from it (n,), and the extremes (3, n) float32 of those that count.
+    adaptive : how the samples differ; None: adaptive sampling does not ask.
     """
 
     grid: Grid
@@ -58,42 +57,26 @@ class PixelBuffer:
     rows: dict[str, slice]
     samples: NDArray[np.int32]
     variance: Float32
-    apart: Float32 | None
-    signature: NDArray[np.uint32] | None
-    uneven: Bools | None
-    low: Float32 | None
-    high: Float32 | None
+    adaptive: AdaptiveStats | None
 
     @classmethod
     def zeros(
-        cls, grid: Grid, pixel_filter: PixelFilter, signed: bool, parts: Iterable[str] = (), zeros: Zeros = np.zeros
+        cls, grid: Grid, pixel_filter: PixelFilter, adaptive: bool, aovs: Iterable[str] = (), zeros: Zeros = np.zeros
     ) -> PixelBuffer:
         """Nothing yet.
 
-        signed : room for what adaptive sampling asks.   parts : light passes that are wanted.
-        zeros  : of those that fill it, `crew.zeros_for`.
+        adaptive : room for what adaptive sampling asks.   aovs : light passes that are wanted.
+        zeros    : of those that fill it, `pool.zeros_for`.
         """
         n, c, rows = len(grid), RESIDUAL + 1, {}
-        for name in parts:
-            rows[name] = slice(c, c + LIGHT_PASSES[name])
-            c += LIGHT_PASSES[name]
-        pixel_buffer = cls(
-            grid,
-            pixel_filter,
-            zeros((len(pixel_filter.offsets), c, n), np.float32),
-            rows,
-            zeros((n,), np.int32),
-            zeros((n,), np.float32),
-            zeros((n,), np.float32) if signed else None,
-            zeros((n,), np.uint32) if signed else None,
-            zeros((n,), bool) if signed else None,
-            zeros((3, n), np.float32) if signed else None,
-            zeros((3, n), np.float32) if signed else None,
-        )
-        pixel_buffer.variance.fill(np.nan)
-        if pixel_buffer.low is not None:
-            pixel_buffer.low.fill(np.inf)
-        return pixel_buffer
+        for name in aovs:
+            rows[name] = slice(c, c + LIGHT_AOVS[name])
+            c += LIGHT_AOVS[name]
+        given = zeros((len(pixel_filter.offsets), c, n), np.float32)
+        variance = zeros((n,), np.float32)
+        variance.fill(np.nan)
+        stats = AdaptiveStats.zeros(n, zeros) if adaptive else None
+        return cls(grid, pixel_filter, given, rows, zeros((n,), np.int32), variance, stats)
 
     # ------------------------------------------------------------------------------------------------ adding
 
@@ -101,18 +84,20 @@ class PixelBuffer:
         """Add samples first, first + 1, ... of some pixels (m,), each once."""
         count = sample_buffer.count
         weights = self.filter.weights(first, count)
-        for start in range(0, len(pixels), GIVEN_AT_ONCE):
-            band = pixels[start : start + GIVEN_AT_ONCE]
-            m, of_band = len(band), slice(start * count, (start + GIVEN_AT_ONCE) * count)
+        for start in range(0, len(pixels), GIVE_CHUNK):
+            chunk = pixels[start : start + GIVE_CHUNK]
+            m, of_chunk = len(chunk), slice(start * count, (start + GIVE_CHUNK) * count)
             values = np.empty((count, self.given.shape[1], m), np.float32)
-            values[:, RADIANCE] = sample_buffer.radiance[:, of_band].reshape(3, m, count).transpose(2, 0, 1)
-            values[:, SEEN] = sample_buffer.seen[of_band].reshape(m, count).T
-            values[:, RESIDUAL] = sample_buffer.residual[of_band].reshape(m, count).T
+            values[:, RADIANCE] = sample_buffer.radiance[:, of_chunk].reshape(3, m, count).transpose(2, 0, 1)
+            values[:, SEEN] = sample_buffer.seen[of_chunk].reshape(m, count).T
+            values[:, RESIDUAL] = sample_buffer.residual[of_chunk].reshape(m, count).T
             for name, rows in self.rows.items():
-                values[:, rows] = sample_buffer.parts[name][:, of_band].reshape(-1, m, count).transpose(2, 0, 1)
-            if sample_buffer.signatures is not None:
-                self._compare(band, values[:, OWN], sample_buffer.signatures.values[of_band].reshape(m, count))
-            self._give(band, values, weights, first)
+                values[:, rows] = sample_buffer.aovs[name][:, of_chunk].reshape(-1, m, count).transpose(2, 0, 1)
+            if self.adaptive is not None and sample_buffer.signatures is not None:
+                signature = sample_buffer.signatures.values[of_chunk].reshape(m, count)
+                counts, is_first = values[:, SEEN, None] > 0, self.samples[chunk] == 0
+                self.adaptive.add(chunk, values[:, RADIANCE], counts, signature, is_first)
+            self._give(chunk, values, weights, first)
         self.samples[pixels] += count
 
     def _give(self, pixels: Pixels, values: Float32, weights: Float32, first: int) -> None:
@@ -147,40 +132,19 @@ class PixelBuffer:
         difference = (a - b).astype(np.float64)
         variance = ((difference * difference).mean(axis=0) * HALVES_TO_ERROR).astype(np.float32)
         self.variance[where] = np.where(np.isfinite(variance), variance, self.variance[where])
-        if self.apart is not None:
-            self.apart[where] = np.nan_to_num(contrast(a, b).max(axis=0))
-
-    def _compare(self, pixels: Pixels, values: Float32, signature: NDArray[np.uint32]) -> None:
-        """Note where signatures (m, count) differ among all samples so far, and how far their values spread."""
-        assert self.signature is not None
-        assert self.uneven is not None
-        assert self.low is not None
-        assert self.high is not None
-        first = np.where(self.samples[pixels] == 0, signature[:, 0], self.signature[pixels])
-        self.signature[pixels] = first
-        self.uneven[pixels] |= (signature != first[:, None]).any(axis=1)
-        radiance, counts = values[:, RADIANCE], values[:, SEEN, None] > 0
-        low = np.where(counts, radiance, np.float32(np.inf)).min(axis=0)
-        high = np.where(counts, radiance, np.float32(0)).max(axis=0)
-        self.low[:, pixels] = np.minimum(self.low[:, pixels], low)
-        self.high[:, pixels] = np.maximum(self.high[:, pixels], high)
+        if self.adaptive is not None:
+            self.adaptive.apart[where] = np.nan_to_num(contrast(a, b).max(axis=0))
 
     # ------------------------------------------------------------------------------------------------ gathering
-
-    def spread(self) -> Float32:
-        """Largest contrast (n,) over the channels among the samples of signed passes that count."""
-        assert self.low is not None
-        assert self.high is not None
-        return contrast(np.minimum(self.low, self.high), self.high).max(axis=0)
 
     def mean(self, pixels: Pixels) -> Float32:
         """(3, m) radiance of pixels: the filtered mean over the samples that count; 0 where none does."""
 
-        def mean(band: Pixels) -> Float32:
-            sample_buffer = self._gathered(self._sources(band), OWN)
-            return _quotient(sample_buffer[RADIANCE], sample_buffer[SEEN])
+        def mean(chunk: Pixels) -> Float32:
+            sums = self._gathered(self._sources(chunk), OWN)
+            return _quotient(sums[RADIANCE], sums[SEEN])
 
-        return _in_bands(mean, pixels)
+        return _in_chunks(mean, pixels)
 
     def own_mean(self, pixels: Pixels) -> Float32:
         """The same of the pixels' own samples alone."""
@@ -193,15 +157,13 @@ class PixelBuffer:
         Light passes are 0 where they are not finite. Coverage is the share of the samples that count.
         """
         sources = self._sources(pixels)
-        sample_buffer, taken = self._gathered(sources, slice(None)), self._all_seen(sources)
-        seen = _or_one(sample_buffer[SEEN])
+        sums, taken = self._gathered(sources, slice(None)), self._all_seen(sources)
+        seen = _or_one(sums[SEEN])
         with np.errstate(all="ignore"):
-            light, lost = sample_buffer[RADIANCE] / seen, sample_buffer[RESIDUAL] / seen
-            parts = {
-                name: np.nan_to_num(sample_buffer[rows] / seen, posinf=0, neginf=0) for name, rows in self.rows.items()
-            }
-            covered = sample_buffer[SEEN] / _or_one(taken)
-        in_float32 = {name: part.astype(np.float32) for name, part in parts.items()}
+            light, lost = sums[RADIANCE] / seen, sums[RESIDUAL] / seen
+            aovs = {name: np.nan_to_num(sums[rows] / seen, posinf=0, neginf=0) for name, rows in self.rows.items()}
+            covered = sums[SEEN] / _or_one(taken)
+        in_float32 = {name: aov.astype(np.float32) for name, aov in aovs.items()}
         return light.astype(np.float32), lost.astype(np.float32), in_float32, covered.astype(np.float32)
 
     def seen(self, pixels: Pixels) -> Bools:
@@ -288,15 +250,17 @@ class PixelBuffer:
         return slice(start, start + len(number)) if ((number == wanted) | ~there).all() else number
 
 
-def _in_bands(work: Callable[[Pixels], NDArray[Any]], pixels: Pixels) -> NDArray[Any]:
+def _in_chunks(work: Callable[[Pixels], NDArray[Any]], pixels: Pixels) -> NDArray[Any]:
     """What `work` gives of pixels (m,), (..., m): some of them after the others, or it would need much memory."""
-    return np.concatenate([work(pixels[i : i + BAND]) for i in range(0, max(len(pixels), 1), BAND)], axis=-1)
+    return np.concatenate(
+        [work(pixels[i : i + GATHER_CHUNK]) for i in range(0, max(len(pixels), 1), GATHER_CHUNK)], axis=-1
+    )
 
 
-def _quotient(sample_buffer: NDArray, seen: NDArray) -> Float32:
-    """SampleBuffer (..., m) over seen (m,); 0 where that is 0."""
+def _quotient(sums: NDArray, seen: NDArray) -> Float32:
+    """Sums (..., m) over seen (m,); 0 where that is 0."""
     with np.errstate(all="ignore"):
-        return np.asarray((sample_buffer / _or_one(seen)).astype(np.float32))
+        return np.asarray((sums / _or_one(seen)).astype(np.float32))
 
 
 def _most(sources: list[Source]) -> int:
@@ -337,9 +301,3 @@ def neighbours_rmse(
             return float(np.sqrt(squared / pairs * (own_share / 2 + 1 - own_share)))
         step *= 2
     return None
-
-
-def contrast(a: Float32, b: Float32) -> Float32:
-    """|a - b| / (a + b), Michelson's; 0 between blacks."""
-    both = a + b
-    return np.asarray(np.abs(a - b) / np.where(both > 0, both, np.float32(1)))

@@ -65,7 +65,7 @@ class PrimitiveSet:
     def __init__(
         self, geometry: Geometry, members: Bools, cache: SceneCache | None = None, divided: bool = False
     ) -> None:
-        """kept: where trees of earlier frames may be found. divided: what is likely to move has a tree of its own."""
+        """cache: where trees of earlier frames may be found. divided: what is likely to move has a tree of its own."""
         self.geometry = geometry
         nt, ns = geometry.triangle_count, geometry.sphere_count
         self.triangle_count = int(np.count_nonzero(members[:nt]))

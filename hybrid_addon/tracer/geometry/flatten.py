@@ -95,7 +95,7 @@ def flatten(
 
     layouts     : for each surface of the scene what it reads of a mesh's corners.
     use_normals : False leaves the shading normals out (a plan that never shades).
-    kept        : what an earlier frame has left, and what this one leaves.
+    cache       : what an earlier frame has left, and what this one leaves.
     without     : numbers of instances that are not realised. Coordinates and bounds are those of the whole scene.
     """
     cache = SceneCache(0) if cache is None else cache

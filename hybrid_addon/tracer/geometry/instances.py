@@ -136,16 +136,16 @@ def shapes_of(batches: Sequence[MeshInstances], center: Float64, use_normals: bo
         smooth[there] = _is_smooth(np.concatenate([n for _, n in curved]), facets.take(there, axis=0))
     found = []
     for part, v, t, n in zip(parts, vertices, triangles, normals, strict=True):
-        cache = select(sound[part])
+        kept = select(sound[part])
         found.append(
             Shape(
                 v,
-                t[cache],
-                facets[part][cache],
-                weights[part][cache],
-                extent[part][cache],
-                None if n is None else n[cache],
-                smooth[part][cache],
+                t[kept],
+                facets[part][kept],
+                weights[part][kept],
+                extent[part][kept],
+                None if n is None else n[kept],
+                smooth[part][kept],
                 sound[part],
             )
         )

@@ -101,8 +101,8 @@ class _Splitter:
         mesh, count = self.mesh, len(parent)
         if count == len(self.parent):
             return mesh
-        cache = np.setdiff1d(np.arange(len(mesh.triangles)), self.parent, assume_unique=True)
-        source = np.concatenate([cache, parent])
+        kept = np.setdiff1d(np.arange(len(mesh.triangles)), self.parent, assume_unique=True)
+        source = np.concatenate([kept, parent])
         order = np.argsort(source, kind="stable")
         source = source[order]
         new = len(mesh.vertices) + np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
@@ -112,7 +112,7 @@ class _Splitter:
         weights = np.where(sound[:, None], weights, 0.0)
 
         def merged(old: Array, part: Array) -> Array:
-            return np.concatenate([old[cache], part])[order]
+            return np.concatenate([old[kept], part])[order]
 
         extra, normals, data = values[:, :, 3:], mesh.normals, mesh.corner_data
         if normals is not None:

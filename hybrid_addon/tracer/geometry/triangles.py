@@ -13,7 +13,7 @@ from ..core.vectors import cross, dot, flatnonzero
 
 Bools = NDArray[np.bool_]
 
-BAND = 1 << 15
+CHUNK = 1 << 15
 """Triangles that are worked on at once: of a million each number would need new memory, which takes longer than it."""
 
 
@@ -45,9 +45,9 @@ def facets_of(points: Float32) -> tuple[Float64, Float64, Float32, Bools]:
     """
     n = len(points)
     facets, weights, extent, sound = np.empty((n, 4)), np.empty((n, 8)), np.empty(n, np.float32), np.empty(n, bool)
-    for start in range(0, n, BAND):
-        band = slice(start, start + BAND)
-        _facets_of(points[band], facets[band], weights[band], extent[band], sound[band])
+    for start in range(0, n, CHUNK):
+        chunk = slice(start, start + CHUNK)
+        _facets_of(points[chunk], facets[chunk], weights[chunk], extent[chunk], sound[chunk])
     return facets, weights, extent, sound
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ...scene import Float32
-from ..core.camera import generate_rays
-from ..core.rays import Rays, camera_rays
+from ..core.rays import Rays
 from ..core.stats import Stats
 from ..core.vectors import Array, Index
 from ..film.path_hash import REFLECTED, TRANSMITTED, child_path
@@ -54,18 +53,13 @@ class Node:
 
 def explain(scene: CompiledScene, x: int, y: int) -> Node:
     """The tree of the ray through the centre of pixel (x, y) of the full frame, row 0 at the bottom."""
-    settings, geometry = scene.settings, scene.geometry
-    origin, direction, t_max = generate_rays(
-        scene.camera, np.array([x + 0.5]), np.array([y + 0.5]), geometry.center, geometry.bounds_radius
-    )
-    stats = Stats()
+    settings, stats = scene.settings, Stats()
     with np.errstate(all="ignore"):
-        media = scene.media.around_camera(origin, direction, lambda: scene.solids, stats)
-        rays = camera_rays(origin, direction, t_max, np.arange(1), media, True, linked=scene.linked_lamps)
+        rays = scene.camera_rays(np.array([x + 0.5]), np.array([y + 0.5]), stats, signed=True)
         tree = _Tree(scene, rays)
         sample_buffer = SampleBuffer.zeros(1, 1, settings.cutoff, depth=settings.max_depth)
         trace_rays(scene, [rays], scene.seen_by_camera, sample_buffer, stats, lambda: None, tree.watch)
-    tree.root.distance += _skipped(scene, origin, direction)
+    tree.root.distance += _skipped(scene, rays.origin, rays.direction)
     return tree.root
 
 
@@ -90,10 +84,10 @@ class _Tree:
         place = {int(i): number for number, i in enumerate(hit)}
         coming = {}
         for i in range(len(rays)):
-            node, ray = self.waiting[int(rays.path[0, i])], rays.take(np.array([i]))
+            node = self.waiting[int(rays.path[0, i])]
+            ray = replace(rays.take(np.array([i])), sample=np.zeros(1, np.intp))
             node.counts = True
             light = SampleBuffer.zeros(1)
-            ray.sample = np.zeros(1, np.intp)
             for lamp, seen, radiance in lamps_met(self.scene, ray, hits.take(np.array([i])), Stats()):
                 node.lamps += (lamp.light.name,)
                 light.add_radiance(seen.sample, brought(self.scene, seen, radiance))
@@ -122,7 +116,7 @@ class _Tree:
         for kind, name, weight in kinds:
             path = int(child_path(ray.path, kind)[0, 0])
             for j in np.flatnonzero(children.path[0] == np.uint32(path)).tolist():
-                straight = name == "refracted" and children.passes[j] > ray.passes[0]
+                straight = name == "refracted" and children.straight[j] > ray.straight[0]
                 child = Node("straight" if straight else name, _rgb(children.throughput[:, j]), counts=False)
                 node.children.append(child)
                 found[path] = child

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Camera, Expression, Float64, Scene, Settings
-from ..core.camera import generate_rays, project
+from ..core.camera import project
 from ..core.constants import SAME_PLACE, SHARP_ROUGHNESS, SURVEY_CUTOFF, SURVEY_PIXELS
-from ..core.rays import Rays, camera_rays
+from ..core.rays import Rays
 from ..core.stats import Stats
 from ..core.vectors import Index, largest_component, select, take
 from ..film.path_hash import REFLECTED, TRANSMITTED, child_path
@@ -101,13 +101,10 @@ def _trace(scene: CompiledScene, watch: _Watch, check: Callable[[], None]) -> No
     width, height = scene.camera.resolution
     n = width * height
     pixel = np.arange(n)
-    center = scene.geometry.center
-    x, y = (pixel % width + 0.5).astype(np.float64), (pixel // width + 0.5).astype(np.float64)
-    origin, direction, t_max = generate_rays(scene.camera, x, y, center, scene.geometry.bounds_radius)
     stats = Stats()
     with np.errstate(all="ignore"):
-        media = scene.media.around_camera(origin, direction, lambda: scene.solids, stats)
-        rays = camera_rays(origin, direction, t_max, pixel, media, True, linked=scene.linked_lamps)
+        x, y = (np.asarray(place + 0.5, np.float64) for place in (pixel % width, pixel // width))
+        rays = scene.camera_rays(x, y, stats, signed=True)
         sample_buffer = SampleBuffer.zeros(n, 1, scene.settings.cutoff, depth=scene.settings.max_depth)
         trace_rays(scene, [rays], scene.seen_by_camera, sample_buffer, stats, check, watch)
 
@@ -142,7 +139,7 @@ class _Watch:
         self.shares, self.needs = np.zeros((len(KINDS), objects)), np.zeros(objects)
         self.keys = np.zeros(0, np.uint64)
         self.ways = _Way(np.zeros(0, np.int16), np.zeros(0, np.int16), np.zeros((len(KINDS), 0), bool))
-        self.passes = np.zeros(0, np.int16)
+        self.straight = np.zeros(0, np.int16)
 
     def __call__(self, rays: Rays, hits: Hits, chosen: Index, at: Interaction | None, _children: Rays) -> None:
         """One wave."""
@@ -176,7 +173,7 @@ class _Watch:
         """How these rays came about. One that went straight through something is still what it was."""
         found = np.searchsorted(self.keys, _key(rays.sample, rays.path[0]))
         way = self.ways.take(found)
-        straight = rays.passes > self.passes[found]
+        straight = rays.straight > self.straight[found]
         way.refractions[straight] -= 1
         return way
 
@@ -186,7 +183,7 @@ class _Watch:
         keys = [_key(parents.sample, child_path(parents.path, kind)[0]) for kind in (REFLECTED, TRANSMITTED)]
         both = np.concatenate(keys)
         order = np.argsort(both)
-        self.keys, self.passes = both[order], np.tile(parents.passes, 2)[order]
+        self.keys, self.straight = both[order], np.tile(parents.straight, 2)[order]
         one, none = np.ones(len(hit), np.int16), np.zeros(len(hit), np.int16)
         self.ways = _Way(
             (np.tile(way.reflections, 2) + np.concatenate([one, none]))[order],

@@ -23,10 +23,9 @@ from ..core.vectors import Index, add, count, flatnonzero, largest_component, no
 from ..film.samples import SampleBuffer
 from ..geometry.aggregate import Hits, PrimitiveSet
 from ..prepare.compiled import CompiledScene
-from ..shading.crossings import with_sides
-from ..shading.direct import local_radiance
-from ..shading.evaluate import resolve
-from ..shading.interaction import Interaction, interact
+from ..shading.direct import direct_light
+from ..shading.evaluate import surface_hits
+from ..shading.interaction import Interaction
 from ..shading.lamps import add_lamps
 from ..shading.rough_transmission import through_rough_glass
 from ..shading.spawn import spawn
@@ -37,7 +36,7 @@ Watch = Callable[[Rays, Hits, Index, Interaction | None, Rays], None]
 
 def trace_rays(
     scene: CompiledScene,
-    blocks: Iterable[Rays],
+    chunks: Iterable[Rays],
     first_seen: PrimitiveSet,
     sample_buffer: SampleBuffer,
     stats: Stats,
@@ -47,11 +46,11 @@ def trace_rays(
 ) -> None:
     """Follow camera rays to their ends and add what they find to `sample_buffer`.
 
-    blocks     : of camera rays, each of other samples; one is begun when fewer rays than half of it are left of others.
+    chunks     : of camera rays, each of other samples; one is begun when fewer rays than half of it are left of others.
     first_seen : what camera rays can hit first.   check : called once a wave; raises to stop.   watch : see `Watch`.
-    sampler    : of the portion; None: lights are seen from their centres, so shadows are hard.
+    sampler    : of the tile; None: lights are seen from their centres, so shadows are hard.
     """
-    coming, size = iter(blocks), 0
+    coming, size = iter(chunks), 0
     waiting: list[Rays] = []
     while True:
         first = None
@@ -112,17 +111,12 @@ def _trace_wave(
             watch(rays, hits, chosen, None, nothing)
         return nothing
     rays_hit, found = rays.take(chosen), hits.take(chosen)
-    at = interact(scene.geometry, scene.surfaces, found, rays_hit)
-    at = resolve(scene.geometry, at, found.t)
-    at.media = None if scene.media.shadow_absorption is None else rays_hit.media
-    at = with_sides(scene.geometry, scene.media, rays_hit, at, found.t)
-    at.lit = None if sample_buffer.signatures is None else np.zeros(len(rays_hit), np.uint32)
-    at.draws = None if sampler is None else sampler.draws(rays_hit.sample, rays_hit.path)
+    media = None if scene.media.shadow_absorption is None else rays_hit.media
+    draws = None if sampler is None else sampler.draws(rays_hit.sample, rays_hit.path)
+    at = surface_hits(scene, rays_hit, found, media, draws)
 
     # Add emitted and local light.
     add_light(scene, rays_hit, at, sample_buffer, stats)
-    if sample_buffer.signatures is not None and at.lit is not None:
-        sample_buffer.signatures.add_hits(rays_hit, at.prim, at.entering, at.lit)
 
     # Spawn at most one reflected and one transmitted ray from each hit.
     children = concatenate(spawn(scene, rays_hit, at, found.t, sample_buffer, stats))
@@ -139,12 +133,12 @@ def _joined(waiting: list[Rays], size: int, count: int) -> Rays:
     parts = [waiting.pop()]
     while waiting and sum(len(part) for part in parts) + len(waiting[-1]) <= size:
         parts.append(waiting.pop())
-    *rest, rays = _parts(concatenate(parts), count)
+    *rest, rays = _split(concatenate(parts), count)
     waiting += rest
     return rays
 
 
-def _parts(rays: Rays, count: int) -> list[Rays]:
+def _split(rays: Rays, count: int) -> list[Rays]:
     """A wave as it is, in a list, or if it is too long in parts, by pixels of `count` samples each; 0: never in parts.
 
     All rays of a pixel stay together, in their order: what they add up to is the same bit by bit.
@@ -206,10 +200,10 @@ def _count_camera_rays(
         counts = np.ones(len(rays), bool)
     if camera_sees == "RASTER":
         counts = counts & ~ray_traced
-    cache = select(counts)
-    rays = rays.take(cache)
+    kept = select(counts)
+    rays = rays.take(kept)
     sample_buffer.add_seen(rays.sample)
-    return rays, hits.take(cache), take(hit, cache)
+    return rays, hits.take(kept), take(hit, kept)
 
 
 def add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sample_buffer: SampleBuffer, stats: Stats) -> None:
@@ -251,39 +245,45 @@ def add_backed(
 
 def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sample_buffer: SampleBuffer, stats: Stats) -> None:
     """Add what the hits of the rays emit, and the light that they get from the lights and the world, rough glass also
-    from behind."""
-    table = at.table
+    from behind. What was hit, and which lights reach it, goes into the signatures, where anybody asks for these."""
+    table, signatures = at.table, sample_buffer.signatures
+    lit = None if signatures is None else np.zeros(len(rays), np.uint32)
     sent: list[tuple[Index, Float32]] = []  # by which hits, and the radiance
+    # What they emit.
     if scene.plan.emission:
         glowing = select(table.emits.take(at.surface))
         if count(glowing, len(rays)):
             sent.append((glowing, at.value("emission", glowing)))
+    # What lights and the world bring them; where that was cut, it is residual.
     if scene.plan.local:
         shaded = select(table.shades_locally.take(at.surface))
         if count(shaded, len(rays)):
             seen = at.take(shaded)
-            seen.cut = np.zeros(len(seen.prim), bool)
             local, sample = seen.value("local"), take(rays.sample, shaded)
             weight = take(rays.throughput, shaded) * local
             cut = (
                 None
-                if sample_buffer.unlit is None or not scene.plan.faint
+                if sample_buffer.budget is None or not scene.plan.faint
                 else partial(_cut_light, weight, sample, sample_buffer)
             )
-            sent.append((shaded, local * local_radiance(scene, seen, stats, cut)))
-            if seen.cut.any():
-                lost = flatnonzero(seen.cut)
-                sample_buffer.add_residual(sample[lost], largest_component(weight[:, lost]))
-            if at.lit is not None and seen.lit is not None:
-                at.lit[shaded] = seen.lit
+            direct = direct_light(scene, seen, stats, cut, lit is not None)
+            sent.append((shaded, local * direct.radiance))
+            if len(direct.cut):
+                sample_buffer.add_residual(sample[direct.cut], largest_component(weight[:, direct.cut]))
+            if lit is not None and direct.lit is not None:
+                lit[shaded] = direct.lit
+    # What comes through rough glass.
     if scene.plan.rough and scene.plan.specular:
         sent += through_rough_glass(scene, rays, at, stats)
+    # All of it together is limited.
     dimming = _dimming(scene, rays, sent)
     for index, radiance in sent:
         weighted = take(rays.throughput, index) * radiance
         if dimming is not None:
             weighted *= take(dimming, index)
         sample_buffer.add_radiance(take(rays.sample, index), weighted, take(rays.branch, index))
+    if signatures is not None and lit is not None:
+        signatures.add_hits(rays, at.prim, at.entering, lit)
 
 
 def _dimming(scene: CompiledScene, rays: Rays, sent: list[tuple[Index, Float32]]) -> Float32 | None:

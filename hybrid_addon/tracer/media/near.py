@@ -99,9 +99,9 @@ def _meeting(low: Float32, high: Float32, one: Numbers, two: Numbers) -> Iterato
         begins = low[group, axis]
         first = np.searchsorted(begins, low[one, axis] - np.max(high[group, axis] - begins))
         count = np.searchsorted(begins, high[one, axis], side="right") - first
-        band = np.cumsum(count) // TOUCH_PAIRS
-        for number in np.unique(band).tolist():
-            some = flatnonzero(band == number)
+        chunk = np.cumsum(count) // TOUCH_PAIRS
+        for number in np.unique(chunk).tolist():
+            some = flatnonzero(chunk == number)
             times = count[some]
             a = np.repeat(one[some], times)
             within = np.arange(len(a)) - np.repeat(np.cumsum(times) - times, times)

@@ -173,12 +173,12 @@ def _grouped(g: Geometry, parts: Bodies) -> Bodies:
     order = np.lexsort((parts.prims[parts.starts[first]], size)) if count else np.zeros(0, np.intp)
     rank = np.empty(count, np.intp)
     rank[order] = np.arange(count)
-    cache = np.flatnonzero(of_part >= 0)
+    kept = np.flatnonzero(of_part >= 0)
     of_prim = np.repeat(np.where(of_part >= 0, rank[of_part] if count else -1, -1), parts.size)
     sorted_prims = np.lexsort((parts.prims, of_prim))[np.count_nonzero(of_prim < 0) :]
-    chosen = parts.take(cache)
+    chosen = parts.take(kept)
     extent = np.zeros(count)
-    np.maximum.at(extent, rank[of_part[cache]], chosen.extent)
+    np.maximum.at(extent, rank[of_part[kept]], chosen.extent)
     return Bodies(
         parts.prims[sorted_prims],
         np.bincount(of_prim[of_prim >= 0], minlength=count),

@@ -1,14 +1,14 @@
-"""Forked processes that do jobs: threads would wait for the one interpreter lock.
+"""Forked processes that do tasks: threads would wait for the one interpreter lock.
 
-A numpy call holds the lock only to begin and to end, but a portion makes thousands. Two threads lose a fifth to handing
+A numpy call holds the lock only to begin and to end, but a tile makes thousands. Two threads lose a fifth to handing
 the lock over, and with more than some four that takes longer than the work. A forked process has an interpreter of its
-own and all that the parent had prepared, Embree's trees too, without a copy. What it finds it adds to the totals,
-which lie in shared memory; what it counted it says in one line for each job.
+own and all that the parent had prepared, Embree's trees too, without a copy. What it finds it adds to the buffers,
+which lie in shared memory; what it counted it says in one line for each task.
 
 Only for Linux. A fork has one thread, and what the others held stays held in it: glibc and Python mend their own
 locks, and a child needs no other. It imports nothing, prints nothing, builds no tree (Embree would wait for the threads
 that it builds with), leaves the graphics driver and the window alone, and ends without cleaning up. Should one wait all
-the same before it has begun, its work is done by threads (`crew.SLOW_START`).
+the same before it has begun, its work is done by threads (`pool.SLOW_START`).
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from ..core.stats import Stats
 AVAILABLE = sys.platform == "linux"
 
 NUMBER = 8
-"""Bytes at the head of a job that tell it from the others, lowest first."""
+"""Bytes at the head of a task that tell it from the others, lowest first."""
 
 LONGEST_LINE = getattr(select, "PIPE_BUF", 512)  # bytes that are written at once, whoever else writes
 
@@ -46,7 +46,7 @@ KEPT_MEMORY = {-1: 1 << 30, -3: 1 << 25}
 given back would take up to a tenth of its time."""
 
 Work = Callable[[bytes], tuple[Stats, bool]]
-"""Does a job: what was counted, and whether it came to its end."""
+"""Does a task: what was counted, and whether it came to its end."""
 
 _mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if AVAILABLE else None  # not every Linux has glibc
 
@@ -68,7 +68,7 @@ class ForkKilled(RuntimeError):
 
 
 class Answer(NamedTuple):
-    """To the job of this number. done: whether it came to its end; None: it failed."""
+    """To the task of this number. done: whether it came to its end; None: it failed."""
 
     number: int
     stats: Stats
@@ -76,38 +76,38 @@ class Answer(NamedTuple):
 
 
 class ForkPool:
-    """Processes that do jobs until they are told that there are no more.
+    """Processes that do tasks until they are told that there are no more.
 
     Their end takes longer than the call that asks for it: giving the memory of a large process back takes 10 ms and
     more.
     """
 
     def __init__(self, number: int, record: int, work: Work, first: Iterable[bytes] = ()) -> None:
-        """number: of processes. record: bytes of a job. work: what each does with one, on what it had at the fork.
-        first: jobs that those which are there first begin with."""
+        """number: of processes. record: bytes of a task. work: what each does with one, on what it had at the fork.
+        first: tasks that those which are there first begin with."""
         self.number = number
-        jobs_out, self._jobs = os.pipe()
+        tasks_out, self._tasks = os.pipe()
         self._answers, answers_in = os.pipe()
         self._text = b""
-        self._at = shared_zeros((number, 2), np.int64)  # of each process the system's number, and its job's + 1
+        self._at = shared_zeros((number, 2), np.int64)  # of each process the system's number, and its task's + 1
         for task in first:
             self.give(task)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # forks beside threads: see the head of this file
             place, self._children = _fork(number)
         if place is not None:
-            os.close(self._jobs)  # or the end of the jobs would never be seen
-            _serve(jobs_out, answers_in, record, work, self._at[place], self._children)
-        os.close(jobs_out)
+            os.close(self._tasks)  # or the end of the tasks would never be seen
+            _serve(tasks_out, answers_in, record, work, self._at[place], self._children)
+        os.close(tasks_out)
         os.close(answers_in)
 
     def give(self, task: bytes) -> None:
-        """Ask for a job."""
+        """Ask for a task."""
         with contextlib.suppress(BrokenPipeError):  # all processes are gone: `answers` tells
-            os.write(self._jobs, task)
+            os.write(self._tasks, task)
 
     def answers(self, patience: float) -> list[Answer] | None:
-        """Jobs that were done, waiting for up to `patience` seconds; None: all processes have ended."""
+        """Tasks that were done, waiting for up to `patience` seconds; None: all processes have ended."""
         if not select.select([self._answers], [], [], patience)[0]:
             return []
         text = os.read(self._answers, 1 << 16)
@@ -119,13 +119,13 @@ class ForkPool:
         return found
 
     def lost(self) -> dict[int, int]:
-        """Number of each job whose process is no more -> the signal that ended it."""
+        """Number of each task whose process is no more -> the signal that ended it."""
         at_work = [(process, task - 1) for process, task in self._at.tolist() if process and task]
         return {task: number for process, task in at_work if (number := _ended_by(process))}
 
     def end(self, kill: bool = False) -> None:
-        """No more jobs; `kill` those that are at work. To be called once."""
-        os.close(self._jobs)
+        """No more tasks; `kill` those that are at work. To be called once."""
+        os.close(self._tasks)
         os.close(self._answers)
         if kill and self._children:
             with contextlib.suppress(ProcessLookupError):  # one that has ended waits to be fetched: it is still a group
@@ -181,15 +181,15 @@ def _ended_by(process: int) -> int:
     return int(fields[-1]) & 0x7F or signal.SIGKILL if fields[0] in "ZX" else 0
 
 
-def _serve(jobs: int, answers: int, record: int, work: Work, at: NDArray[np.int64], children: list[int]) -> None:
-    """A child's whole life. A job that fails is done again by the parent, and fails there as it should."""
+def _serve(tasks: int, answers: int, record: int, work: Work, at: NDArray[np.int64], children: list[int]) -> None:
+    """A child's whole life. A task that fails is done again by the parent, and fails there as it should."""
     gc.freeze()  # what came with the fork is nobody's garbage: looking at it would copy it
     try:
         if _mallopt is not None:
             for parameter, value in KEPT_MEMORY.items():
                 _mallopt(parameter, value)
         at[0] = os.getpid()
-        while len(task := os.read(jobs, record)) == record:
+        while len(task := os.read(tasks, record)) == record:
             number = int.from_bytes(task[:NUMBER], "little")
             at[1] = number + 1
             os.write(answers, _line(number, work, task))

@@ -1,7 +1,7 @@
 """Who does the work: threads, or forked processes that stay for the next work.
 
-A job is a plain record, and what it is about lies in memory that all share: so a process that was forked for the first
-pass over a picture does jobs of the later ones, too. To fork takes some milliseconds for each process.
+A task is a plain record, and what it is about lies in memory that all share: so a process that was forked for the first
+pass over a picture does tasks of the later ones, too. To fork takes some milliseconds for each process.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ FEWEST = 2
 """Processes: two are up to twice as fast as one thread, two threads at most one and a half times."""
 
 SLOW_START = 10.0
-"""Seconds after which a forked process that has not begun its job never will: it may wait for something that another
+"""Seconds after which a forked process that has not begun its task never will: it may wait for something that another
 thread held when it was forked."""
 
 SLOTS = 1 << 12
-"""Jobs, of all that were begun and not finished, whose progress is told apart: far more than there are processes."""
+"""Tasks, of all that were begun and not finished, whose progress is told apart: far more than there are processes."""
 
 Zeros = Callable[[tuple[int, ...], DTypeLike], NDArray[Any]]
 """Makes arrays of zeros: `zeros_for` those that all who work write to as one."""
@@ -63,7 +63,7 @@ class Task(NamedTuple):
 RECORD = Struct("<qqqiii??d")
 
 Do = Callable[[Task], tuple[Stats, bool]]
-"""Does a job: what was counted, and whether it came to its end in time."""
+"""Does a task: what was counted, and whether it came to its end in time."""
 
 
 def wanted_workers(settings: Settings) -> int:
@@ -87,9 +87,9 @@ def zeros_for(settings: Settings) -> Zeros:
 
 
 class WorkerPool:
-    """Does jobs, those of one piece of work after those of another.
+    """Does tasks, those of one piece of work after those of another.
 
-    forks : there may be processes.   begun : (SLOTS,) how far jobs have come, for `slot`.
+    forks : there may be processes.   begun : (SLOTS,) how far tasks have come, for `slot`.
     stop  : is set when the work is given up.
     """
 
@@ -106,7 +106,7 @@ class WorkerPool:
         return self.begun[place : place + 1]
 
     def so_far(self) -> int:
-        """How far all jobs of the work have come."""
+        """How far all tasks of the work have come."""
         return int(self.begun.sum())
 
     @property
@@ -118,15 +118,15 @@ class WorkerPool:
         """How many work at once on what needs no new process."""
         return workers(self._settings) if self._processes is None else self._processes.number
 
-    def run(self, do: Do, jobs: Sequence[Task], forked: bool, finished: Finished, watch: Watch) -> bool:
+    def run(self, do: Do, tasks: Sequence[Task], forked: bool, finished: Finished, watch: Watch) -> bool:
         """Do them all; whether all came to their end in time.
 
         do     : always the same. Processes know what it did when they were started: for the first work for some.
         forked : by processes, started now if need be; else by those that are there, or by threads.
         """
         self.begun[:] = 0
-        left, in_time = list(jobs), True
-        wanted = min(wanted_workers(self._settings), len(jobs)) if forked else 0
+        left, in_time = list(tasks), True
+        wanted = min(wanted_workers(self._settings), len(tasks)) if forked else 0
         if wanted or self._processes is not None:
             try:
                 left, in_time = self._over_processes(wanted, do, left, finished, watch)
@@ -141,13 +141,13 @@ class WorkerPool:
             self._processes.end(kill)
             self._processes = None
 
-    def _over_threads(self, do: Do, jobs: list[Task], finished: Finished, watch: Watch) -> bool:
-        """Do jobs; whether all came to their end in time."""
-        threads, in_time, waiting = workers(self._settings), True, iter(jobs)
+    def _over_threads(self, do: Do, tasks: list[Task], finished: Finished, watch: Watch) -> bool:
+        """Do tasks; whether all came to their end in time."""
+        threads, in_time, waiting = workers(self._settings), True, iter(tasks)
         pending: set[Future[tuple[Stats, bool]]] = set()
         with ThreadPoolExecutor(threads, thread_name_prefix="hybrid-tracer") as pool:
             try:
-                # A short queue: cancelling must not wait for jobs that nobody has begun.
+                # A short queue: cancelling must not wait for tasks that nobody has begun.
                 while True:
                     while in_time and len(pending) < 2 * threads and (task := next(waiting, None)) is not None:
                         pending.add(pool.submit(do, task))
@@ -164,15 +164,16 @@ class WorkerPool:
                 raise
 
     def _over_processes(
-        self, wanted: int, do: Do, jobs: list[Task], finished: Finished, watch: Watch
+        self, wanted: int, do: Do, tasks: list[Task], finished: Finished, watch: Watch
     ) -> tuple[list[Task], bool]:
-        """Do jobs; which are left, because they failed, and whether the others were in time.
+        """Do tasks; which are left, because they failed, and whether the others were in time.
 
         wanted : processes at least; 0: those that are there.
         """
+        # Start as many as are wanted, with some tasks to begin with, or give these to those that are there.
         processes = self._processes
         number = wanted if processes is None else max(wanted, processes.number)
-        ahead, waiting = jobs[: 2 * number], iter(jobs[2 * number :])
+        ahead, waiting = tasks[: 2 * number], iter(tasks[2 * number :])
         if processes is None or processes.number < wanted:
             self.end()
             processes = ForkPool(wanted, RECORD.size, partial(_do_record, do), (RECORD.pack(*task) for task in ahead))
@@ -181,6 +182,7 @@ class WorkerPool:
             for task in ahead:
                 processes.give(RECORD.pack(*task))
         asked, in_time = {task.number: task for task in ahead}, True
+        # For each answer give one more.
         failed: list[Task] = []
         seen, since = 0, time.perf_counter()
         while asked:
@@ -199,6 +201,7 @@ class WorkerPool:
                 if following is not None:
                     asked[following.number] = following
                     processes.give(RECORD.pack(*following))
+            # Whether somebody has ended one of them, or none of them begins.
             watch()
             if not answers:
                 killed = [ended_by for number, ended_by in processes.lost().items() if number in asked]

@@ -11,13 +11,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene import Camera, Scene, Settings
+from ...scene import Camera, Float32, Float64, Scene, Settings
 from ..core.cache import PREPARED, SceneCache
-from ..core.camera import near_plane
+from ..core.camera import generate_rays, near_plane
 from ..core.constants import MIRROR_ROUGHNESS
+from ..core.rays import Rays, camera_rays, traceable
+from ..core.stats import Stats
+from ..core.vectors import select
 from ..emitters.light import CompiledLight
 from ..emitters.screen_space import ScreenSpaceLookup
-from ..geometry.aggregate import PrimitiveSet
+from ..geometry.aggregate import Hits, PrimitiveSet
 from ..geometry.trees import divides
 from .plan import Plan, prepare
 
@@ -43,7 +46,7 @@ class CompiledScene:
     lamps : lights that reflected and refracted rays can meet.   linked_lamps : not all of them light everything.
     seen_by_camera, seen_by_secondary : what camera rays and all later rays can hit.
     occluders : what hides the world from points, or None: nothing does.
-    backing : what raster-backed hits are looked up in, or None.
+    screen_space : what raster-backed hits are looked up in, or None.
     """
 
     def __init__(
@@ -157,6 +160,15 @@ class CompiledScene:
         other.camera, other.settings = camera, settings
         return other
 
+    def shaded(self, shadow: Float32, caustic: Float32 | None) -> CompiledScene:
+        """The same scene, whose raster has shadows and light (h, w, 3) that are not drawn in it but will be in the
+        picture."""
+        if self.screen_space is None:
+            return self
+        other = copy.copy(self)
+        other.screen_space = self.screen_space.shaded(shadow, caustic)
+        return other
+
     def raster_view(self, shadowed: bool) -> CompiledScene:
         """What a rasteriser draws: all but the ray traced objects, with the shadows that these cast on it or without.
 
@@ -193,6 +205,42 @@ class CompiledScene:
         """What camera rays see when everything that is not ray traced steps aside; built when first asked for."""
         with self._lock:
             return self._set(self.geometry.camera & self.geometry.ray_traced)
+
+    def camera_rays(
+        self,
+        x: Float64,
+        y: Float64,
+        stats: Stats | None = None,
+        sample: NDArray[np.intp] | None = None,
+        on_lens: tuple[Float64, Float64] | None = None,
+        signed: bool = False,
+        branched: bool = False,
+    ) -> Rays:
+        """Camera rays through film positions x, y (n,), in pixels of the full frame; some may not be traceable.
+
+        stats  : what counts while the solids around the camera are looked for; None: they are not asked for.
+        sample : (n,) which each belongs to; None: its own.   on_lens : see `generate_rays`.
+        signed, branched : their paths, or branches, are asked for (see `Rays`).
+        """
+        geometry, n = self.geometry, len(x)
+        origin, direction, t_max = generate_rays(self.camera, x, y, geometry.center, geometry.bounds_radius, on_lens)
+        media = self.media.empty(n)
+        if stats is not None and self.camera_in_solid:
+            media = self.media.around_camera(origin, direction, lambda: self.solids, stats)
+        sample = np.arange(n) if sample is None else sample
+        return camera_rays(origin, direction, t_max, sample, media, signed, branched, self.linked_lamps)
+
+    def shown(self, pixels: NDArray[np.intp], stats: Stats) -> tuple[Rays, Hits]:
+        """What rays through the centres of pixels (n,) of the window hit first, through a pinhole, between the clip
+        planes: the rays that hit something, (m,), their `sample` being the pixel's number among the n, and their hits.
+        """
+        x0, y0, x1, _ = self.camera.window
+        row, column = np.divmod(pixels, x1 - x0)
+        rays = self.camera_rays(np.add(x0 + 0.5, column, dtype=np.float64), np.add(y0 + 0.5, row, dtype=np.float64))
+        rays = rays.take(select(traceable(rays.origin, rays.direction)))
+        hits = self.seen_by_camera.nearest(rays.origin, rays.direction, stats)
+        hit = select((hits.prim >= 0) & ~(hits.t > rays.t_max))
+        return rays.take(hit), hits.take(hit)
 
     @property
     def camera_in_solid(self) -> bool:

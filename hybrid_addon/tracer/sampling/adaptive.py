@@ -1,7 +1,7 @@
 """Adaptive supersampling: which pixels need more samples, and an audit of the decision.
 
 All pixels take FIRST_SAMPLES samples. Those go on whose samples differ among each other, or from a neighbour's, in what
-their ray trees met (see `signature`) or in contrast. Mitchell (1987) gives the contrast, Genetti, Gordon and Williams
+their ray trees met (see `path_hash`) or in contrast. Mitchell (1987) gives the contrast, Genetti, Gordon and Williams
 (1998) the signatures. From SECOND_LOOK samples on they stop, at every doubling, if the two halves of their samples
 agree and so do those of the pixels around them. It is not exact: what a few samples and eight neighbours miss is
 missed. So a random share of the pixels that could stop takes all its samples, and tells how often that happens.
@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from ...scene import Float32
 from ..core.constants import AUDIT_AT_MOST, AUDIT_PIXELS, AUDIT_SHARE, FIRST_SAMPLES, SECOND_LOOK
 from ..core.sampler import hash32
+from ..film.adaptive_stats import contrast
 from ..film.filter import grow
-from ..film.pixels import PixelBuffer, contrast
+from ..film.pixels import PixelBuffer
 
 Bools = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
@@ -41,7 +42,7 @@ class Audit:
     """
 
     def __init__(self, pixel_buffer: PixelBuffer, seed: int) -> None:
-        """Draw them from all pixels of the totals, keyed by their absolute places and the seed."""
+        """Draw them from all pixels of the buffer, keyed by their absolute places and the seed."""
         n = len(pixel_buffer.grid)
         x, y = pixel_buffer.grid.at(np.arange(n))
         share = min(AUDIT_AT_MOST, max(AUDIT_SHARE, AUDIT_PIXELS / max(n, 1)))
@@ -56,13 +57,13 @@ class Audit:
 
     def keep(self, pixel_buffer: PixelBuffer, stopping: Pixels) -> Pixels:
         """Those of the pixels that could stop which are to go on; each is asked for once."""
-        cache = stopping[self.drawn[stopping]]
-        self.going_on[cache] = True
+        kept = stopping[self.drawn[stopping]]
+        self.going_on[kept] = True
         self.left_alone += len(stopping)
-        self._pixels.append(cache)
-        self._before.append(pixel_buffer.own_mean(cache))
-        self._taken.append(pixel_buffer.samples[cache])
-        return cache
+        self._pixels.append(kept)
+        self._before.append(pixel_buffer.own_mean(kept))
+        self._taken.append(pixel_buffer.samples[kept])
+        return kept
 
     def result(self, pixel_buffer: PixelBuffer, tolerance: float) -> dict[str, float | int]:
         """How wrong their first samples were: mean and largest error, and the share of pixels beyond the tolerance.
@@ -92,13 +93,14 @@ def choose(pixel_buffer: PixelBuffer, pixels: Pixels, weight: Float32 | None, th
 
     weight : (n,) share of the picture that is the pixel's, or None for 1.
     """
-    assert pixel_buffer.signature is not None and pixel_buffer.uneven is not None
+    stats = pixel_buffer.adaptive
+    assert stats is not None
     grid, everything = pixel_buffer.grid, np.arange(len(pixel_buffer.grid))
     mean = pixel_buffer.mean(everything)
     share = np.ones(len(grid), np.float32) if weight is None else weight
-    chosen = pixel_buffer.uneven | ~pixel_buffer.seen(everything) | (pixel_buffer.spread() * share > threshold)
+    chosen = stats.uneven | ~pixel_buffer.seen(everything) | (stats.spread() * share > threshold)
     wanted, chosen = grid.picture(np.ones(len(grid), bool)), grid.picture(chosen)
-    signature, mean, share = grid.picture(pixel_buffer.signature), grid.picture(mean), grid.picture(share)
+    signature, mean, share = grid.picture(stats.signature), grid.picture(mean), grid.picture(share)
     for here, there in _neighbours():
         both = wanted[here] & wanted[there]
         differs = signature[here] != signature[there]
@@ -112,11 +114,11 @@ def choose(pixel_buffer: PixelBuffer, pixels: Pixels, weight: Float32 | None, th
 
 def unsettled(pixel_buffer: PixelBuffer, pixels: Pixels, weight: Float32 | None, threshold: float) -> Bools:
     """Which of the pixels (m,) need more samples: they, or one beside them, have halves that differ. (m,) bool."""
-    assert pixel_buffer.apart is not None
+    assert pixel_buffer.adaptive is not None
     grid = pixel_buffer.grid
     apart = np.zeros(len(grid), bool)
     share = np.float32(1) if weight is None else weight[pixels]
-    apart[pixels] = pixel_buffer.apart[pixels] * share > threshold
+    apart[pixels] = pixel_buffer.adaptive.apart[pixels] * share > threshold
     return np.asarray(grow(grid.picture(apart), 1).reshape(-1)[grid.place[pixels]])
 
 

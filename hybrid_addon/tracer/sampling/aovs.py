@@ -1,4 +1,4 @@
-"""Data passes: what a pixel's centre shows, as Blender's own Depth and Normal passes do: nothing is filtered.
+"""AOVs that are data: what a pixel's centre shows, as Blender's own Depth and Normal passes do: nothing is filtered.
 
 They have camera rays of their own, one a pixel: the picture is the same with them and without.
 """
@@ -8,18 +8,15 @@ from __future__ import annotations
 import numpy as np
 
 from ...scene import Float32
-from ..core.camera import generate_rays
 from ..core.constants import NO_DEPTH
-from ..core.rays import camera_rays, traceable
 from ..core.stats import Stats
-from ..core.vectors import select, take
-from ..geometry.aggregate import Hits
+from ..core.vectors import select
 from ..prepare.compiled import CompiledScene
 from ..shading.evaluate import resolve
-from ..shading.interaction import Interaction, interact
-from .passes import Pixels
+from ..shading.interaction import interact
+from .tiles import Pixels
 
-BAND = 1 << 16
+CHUNK = 1 << 16
 """Pixels that are worked out at once."""
 
 
@@ -33,31 +30,14 @@ def depth_and_normal(scene: CompiledScene, pixels: Pixels, stats: Stats) -> dict
     depth = np.full((y1 - y0) * (x1 - x0), NO_DEPTH, np.float32)
     normal = np.zeros((len(depth), 3), np.float32)
     axis, eye = np.asarray(scene.camera.matrix_world, np.float64)[:3, 2], scene.camera.matrix_world[:3, 3]
-    for start in range(0, len(pixels), BAND):
-        band = pixels[start : start + BAND]
-        shown, at = _first_hits(scene, x0 + band % (x1 - x0) + 0.5, y0 + band // (x1 - x0) + 0.5, stats)
-        if at is not None:
-            from_eye = at.point + (scene.geometry.center - eye)[:, None]
-            depth[band[shown]] = -(axis @ from_eye)
-            normal[band[shown]] = at.n_shading.T
+    for start in range(0, len(pixels), CHUNK):
+        chunk = pixels[start : start + CHUNK]
+        rays, hits = scene.shown(chunk, stats)
+        if scene.settings.camera_sees == "RAY_TRACED":
+            kept = select(scene.geometry.ray_traced.take(hits.prim))
+            rays, hits = rays.take(kept), hits.take(kept)
+        at = resolve(scene.geometry, interact(scene.geometry, scene.surfaces, hits, rays), hits.t)
+        place, from_eye = chunk[rays.sample], at.point + (scene.geometry.center - eye)[:, None]
+        depth[place] = -(axis @ from_eye)
+        normal[place] = at.n_shading.T
     return {"depth": depth.reshape(y1 - y0, x1 - x0), "normal": normal.reshape(y1 - y0, x1 - x0, 3)}
-
-
-def _first_hits(
-    scene: CompiledScene, x: np.ndarray, y: np.ndarray, stats: Stats
-) -> tuple[np.ndarray, Interaction | None]:
-    """Which film positions (m,) show something, and their hits; None if none does."""
-    geometry = scene.geometry
-    origin, direction, t_max = generate_rays(scene.camera, x, y, geometry.center, geometry.bounds_radius)
-    sound = np.flatnonzero(traceable(origin, direction))
-    rays = camera_rays(origin, direction, t_max, np.arange(len(x))).take(sound)
-    hits: Hits = scene.seen_by_camera.nearest(rays.origin, rays.direction, stats)
-    hit = (hits.prim >= 0) & ~(hits.t > rays.t_max)
-    if scene.settings.camera_sees == "RAY_TRACED" and hit.any():
-        hit &= geometry.ray_traced.take(hits.prim, mode="wrap")
-    if not hit.any():
-        return sound[:0], None
-    chosen = select(hit)
-    hits = hits.take(chosen)
-    at = interact(geometry, scene.surfaces, hits, rays.take(chosen))
-    return take(sound, chosen), resolve(geometry, at, hits.t)

@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from .adaptive import upper_limit
 from .passes import Progress
+from .schedule import Sampling
 
 LONGEST_STRIP = 1 << 21
 """Pixels to be traced in a strip at most, but for a row's own: 500 MB. All of full HD is one strip."""
-
-Sampling = dict[str, object]
 
 
 @dataclass(frozen=True)
@@ -37,12 +36,12 @@ class Strip:
             return whole
         return now + (whole - now) * self.share / (1 - self.before)
 
-    def told(self, progress: Progress | None) -> Progress | None:
+    def reports(self, progress: Progress | None) -> Progress | None:
         """What to tell how much of the strip is done, if `progress` is told how much of the picture is."""
-        return None if progress is None else partial(_told, progress, self)
+        return None if progress is None else partial(_reported, progress, self)
 
 
-def _told(progress: Progress, strip: Strip, fraction: float) -> bool:
+def _reported(progress: Progress, strip: Strip, fraction: float) -> bool:
     return progress(strip.before + strip.share * fraction)
 
 
@@ -64,9 +63,9 @@ def strips_of(width: int, height: int, wanted: NDArray[np.bool_] | None) -> list
     ]
 
 
-def together(parts: Sequence[tuple[int, Sampling]]) -> Sampling:
+def together(strips: Sequence[tuple[int, Sampling]]) -> Sampling:
     """`Film.sampling` of a picture whose strips have so many pixels, and these."""
-    known = [part for part in parts if part[0]] or list(parts[:1])
+    known = [strip for strip in strips if strip[0]] or list(strips[:1])
     if len(known) == 1:
         return known[0][1]
     pixels = np.array([n for n, _ in known], np.float64)

@@ -21,7 +21,7 @@ from .interaction import Interaction
 from .ltc import Lobe, ggx_lobe
 from .occlusion import open_share
 from .scattering import above, half_way, mirrored, phong, schlick
-from .shadows import TOGETHER, Origins, visible_shares
+from .shadows import NOTHING, TOGETHER, Origins, visible_shares
 
 PI, INVERSE_PI = np.float32(np.pi), np.float32(1 / np.pi)
 
@@ -44,14 +44,37 @@ class _Receivers:
     glossy: list[tuple[Index, Float32, Lobe]]
 
 
-def local_radiance(scene: CompiledScene, hit: Interaction, stats: Stats, cut: Cut | None = None) -> Float32:
-    """Llocal (3, n) of hits, seen along wo. Surfaces shade on both sides: normals are on the side of wo."""
+@dataclass(frozen=True, eq=False)
+class DirectLight:
+    """What the lights and the world bring to n hits.
+
+    radiance : (3, n) float32, Llocal, seen along wo.
+    cut      : (k,) intp, ascending: hits to which a shadow ray was not followed to its end.
+    lit      : (n,) uint32, sum of the keys of the lights that reach each; None: nobody asks.
+    """
+
+    radiance: Float32
+    cut: NDArray[np.intp]
+    lit: NDArray[np.uint32] | None
+
+
+def direct_light(
+    scene: CompiledScene, hit: Interaction, stats: Stats, cut: Cut | None = None, asks_lit: bool = False
+) -> DirectLight:
+    """The light of hits (n,). Surfaces shade on both sides: normals are on the side of wo.
+
+    cut : see `Cut`; None: no light is too faint.   asks_lit : which lights reach each hit is wanted.
+    """
     plan, color = scene.plan, hit.value("base_color")
     radiance = np.zeros(color.shape, np.float32)
+    lit = np.zeros(len(hit.prim), np.uint32) if asks_lit else None
+    unknown: list[NDArray[np.intp]] = []
+    # Light of the world, which has a limit of its own.
     if plan.ambient:
         _add_ambient(scene, hit, color, radiance, stats)
         radiance *= np.float32(scene.arriving.indirect)
     ambient = radiance.copy() if np.isfinite(scene.arriving.direct_limit) else None
+    # Light of lamps.
     if plan.diffuse or plan.specular:
         diffuse = color * (hit.value("diffuse") * INVERSE_PI)
         glossy = _glossy(hit) if plan.specular else []
@@ -61,11 +84,13 @@ def local_radiance(scene: CompiledScene, hit: Interaction, stats: Stats, cut: Cu
         asked: list[_Lit] = []
         for light in scene.lights:
             asked.append(_lit_by(scene, receivers, light, stats, cut))
-            if sum(len(lit) for lit in asked) > TOGETHER:
-                _add_lit(scene, hit, origins, asked, radiance, stats)
+            if sum(map(len, asked)) > TOGETHER:
+                unknown += _add_lit(scene, hit, origins, asked, radiance, lit, stats)
                 asked = []
-        _add_lit(scene, hit, origins, asked, radiance, stats)
-    return radiance if ambient is None else ambient + no_brighter(radiance - ambient, scene.arriving.direct_limit)
+        unknown += _add_lit(scene, hit, origins, asked, radiance, lit, stats)
+    if ambient is not None:
+        radiance = ambient + no_brighter(radiance - ambient, scene.arriving.direct_limit)
+    return DirectLight(radiance, np.unique(np.concatenate(unknown)) if unknown else NOTHING, lit)
 
 
 @dataclass(eq=False)
@@ -86,6 +111,7 @@ class _Lit:
 
 def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, stats: Stats, cut: Cut | None) -> _Lit:
     """What would arrive from one light. Shadow rays tell whether it comes through the back of a smooth triangle."""
+    # What the surface sends on of it: diffuse, then its highlights.
     hit = receivers.hit
     lit = light.illuminate(receivers.point, hit.n_shading, hit.offset)
     arriving = np.asarray(receivers.diffuse * (lit.diffuse * np.float32(light.light.diffuse)), np.float32)
@@ -102,6 +128,7 @@ def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, s
             is_flat = (hit.n_shading == hit.n_geometric).all(axis=0)
             arriving *= is_flat | (dot(lit.wi, hit.n_geometric) > 0) | casts.take(hit.prim)
 
+    # Of a linked lamp others get nothing.
     if light.receives is not None:
         arriving *= light.receives.take(hit.prim)
 
@@ -121,18 +148,31 @@ def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, s
 
 
 def _add_lit(
-    scene: CompiledScene, hit: Interaction, origins: Origins, asked: list[_Lit], radiance: Float32, stats: Stats
-) -> None:
-    """Add what arrives of some lights, through all that is in between, to radiance (3, n)."""
+    scene: CompiledScene,
+    hit: Interaction,
+    origins: Origins,
+    asked: list[_Lit],
+    radiance: Float32,
+    lit_by: NDArray[np.uint32] | None,
+    stats: Stats,
+) -> list[NDArray[np.intp]]:
+    """Add what arrives of some lights, through all that is in between, to radiance (3, n); their keys to lit_by (n,).
+
+    Returns the hits to which shadow rays were not followed to their ends.
+    """
+    unknown: list[NDArray[np.intp]] = []
     shares = visible_shares(scene, hit, origins, [(lit.light, lit.wanted) for lit in asked if lit.traces], stats)
     for lit in asked:
         wanted, chosen = lit.wanted, lit.arriving
         if lit.traces:
-            visible = next(shares)
+            visible, cut = next(shares)
             chosen *= visible
-            if hit.lit is not None:
-                hit.lit[wanted] += lit.light.key * (visible > 0 if visible.ndim == 1 else (visible > 0).any(axis=0))
+            if lit_by is not None:
+                lit_by[wanted] += lit.light.key * (visible > 0 if visible.ndim == 1 else (visible > 0).any(axis=0))
+            if len(cut):
+                unknown.append(cut if isinstance(wanted, slice) else wanted[cut])
         add(radiance, wanted, chosen)
+    return unknown
 
 
 def _add_ambient(scene: CompiledScene, hit: Interaction, color: Float32, radiance: Float32, stats: Stats) -> None:

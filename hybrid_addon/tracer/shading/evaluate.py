@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from ...expressions import Evaluation
 from ...scene import Float32, Float64, Surface
+from ..core.rays import Rays
+from ..core.sampler import Draws
 from ..core.vectors import ALL, Array, Index, dot, flatnonzero, take, write
 from ..geometry.aggregate import Hits
 from ..geometry.flatten import Geometry
@@ -17,11 +19,23 @@ from ..materials.fields import fields_of, limited
 from ..materials.principled import layered_columns
 from ..materials.surfaces import SurfaceTable
 from ..materials.tabulated import factors
+from ..media.nested import Stack
+from ..prepare.compiled import CompiledScene
+from .crossings import with_sides
 from .hit_data import HitData
-from .interaction import Interaction
+from .interaction import Interaction, interact
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
+
+
+def surface_hits(
+    scene: CompiledScene, rays: Rays, hits: Hits, media: Stack | None = None, draws: Draws | None = None
+) -> Interaction:
+    """What the hits of rays, none of them a miss, know: all that new rays and light ask. media, draws: of the class."""
+    at = interact(scene.geometry, scene.surfaces, hits, rays, media, draws)
+    at = resolve(scene.geometry, at, hits.t)
+    return with_sides(scene.geometry, scene.media, rays, at, hits.t)
 
 
 def resolve(geometry: Geometry, at: Interaction, distance: Float64) -> Interaction:

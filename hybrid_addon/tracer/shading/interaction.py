@@ -22,7 +22,7 @@ from ..media.near import Sides
 Numbers = NDArray[np.intp]
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Interaction:
     """n hits, seen from where their rays come from: normals are turned to the side of `wo`.
 
@@ -38,10 +38,8 @@ class Interaction:
     wo          : (3, n) float32, back along the ray
     offset      : (n,) float32, how far off the surface new rays start
     outer       : (3, n) float32, origin of new rays on the side of wo
-    media       : (rows, n) int32, solids around the hit on the side of wo; None: nothing absorbs, nobody asks
-    lit         : (n,) uint32, sum of the keys of the lights that reach it; None: nobody asks
+    media       : (rows, n) int32, solids around the hit on the side of wo; None: nothing absorbs shadow rays
     draws       : its random numbers; None: shadows are hard
-    cut         : (n,) bool, a shadow ray of it was not followed to its light; None: nobody asks
     sides       : the media around hits where more than one surface is passed; None: nowhere
     """
 
@@ -58,9 +56,7 @@ class Interaction:
     offset: Float32
     outer: Float32
     media: NDArray[np.int32] | None = None
-    lit: NDArray[np.uint32] | None = None
     draws: Draws | None = None
-    cut: NDArray[np.bool_] | None = None
     sides: Sides | None = None
 
     @cached_property
@@ -107,15 +103,20 @@ class Interaction:
             offset=take(self.offset, index),
             outer=take(self.outer, index),
             media=None if self.media is None else take(self.media, index),
-            lit=None if self.lit is None else take(self.lit, index),
             draws=None if self.draws is None else self.draws.take(index),
-            cut=None if self.cut is None else take(self.cut, index),
             sides=None if self.sides is None else self.sides.take(index),
         )
 
 
-def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays) -> Interaction:
-    """Recompute the hits, none of them a miss, of rays."""
+def interact(
+    geometry: Geometry,
+    table: SurfaceTable,
+    hits: Hits,
+    rays: Rays,
+    media: NDArray[np.int32] | None = None,
+    draws: Draws | None = None,
+) -> Interaction:
+    """Recompute the hits, none of them a miss, of rays. media, draws: see `Interaction`."""
     prim = hits.prim.astype(np.intp)
     surface = geometry.surface.take(prim)
     entering = hits.toward < 0
@@ -137,6 +138,8 @@ def interact(geometry: Geometry, table: SurfaceTable, hits: Hits, rays: Rays) ->
         wo=-rays.direction.astype(np.float32, copy=False),
         offset=offset,
         outer=offset_origin(point, n_geometric, offset),
+        media=media,
+        draws=draws,
     )
 
 

@@ -109,7 +109,8 @@ def _seen_past(
     origin = offset_origin(point, hits.normal * np.sign(hits.toward).astype(np.float32), offset)
     media = None if scene.media.shadow_absorption is None else rays.media
     left = np.asarray(distance - hits.t, np.float32)
-    return visibility(scene, scene.blockers(lamp), direction, left, origin, np.zeros(len(rays), bool), media, stats)
+    inside = np.zeros(len(rays), bool)
+    return visibility(scene, scene.blockers(lamp), direction, left, origin, inside, media, stats)[0]
 
 
 def brightest_lamp(scene: CompiledScene) -> float:

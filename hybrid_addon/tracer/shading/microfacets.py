@@ -69,6 +69,7 @@ class SampledMicrofacets:
 
 def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> SampledMicrofacets | None:
     """Draw microfacets; None where all hits are mirrors."""
+    # Which hits are rough, and what of their weight the base and the coat have.
     lobe, coat = at.value("lobe_roughness"), at.value("coat_roughness")
     coated = at.value("coat") - at.value("coat_blurred")
     bent = at.value("interface") * (at.table.ior.take(at.surface) != 1)
@@ -77,20 +78,24 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Sa
     wide: Bools = ((rest > 0) & (lobe > MIRROR_ROUGHNESS)) | ((coated > 0) & (coat > MIRROR_ROUGHNESS))
     if not wide.any() or at.draws is None:
         return None
+    # Those that count as several hits.
     both = wide & (coated > 0) & (rest > 0) & (lobe != coat)
-    first = wide & (rays.depth == 0) & (rays.passes == 0)
+    first = wide & (rays.depth == 0) & (rays.straight == 0)
     apart = both & first & (coat <= MIRROR_ROUGHNESS)
     rays, at, t, index, is_last = _repeated(scene.settings.rough_samples, rays, at, t, first, apart)
     lobe, coat, coated, rest = (a.take(index) for a in (lobe, coat, coated, rest))
     wide, both, apart = wide.take(index), both.take(index), apart.take(index)
+    # Where two lobes of different roughness share a reflection, one of them.
     draws = at.draws
     assert draws is not None
     odds = np.where(both, coated / np.where(both, coated + rest, np.float32(1)), (rest <= 0).astype(np.float32))
     place = draws.square(LOBE)[0]
     is_coat = np.where(apart, is_last, place < odds)
     if len(rays.path):  # samples that leave in different directions are not alike, whatever they meet
-        rays.path = np.where(wide & ~(apart & is_last), hash32(rays.path ^ place.view(np.uint32)), rays.path)
+        path = np.where(wide & ~(apart & is_last), hash32(rays.path ^ place.view(np.uint32)), rays.path)
+        rays = replace(rays, path=path)
     chance = np.where(both & ~apart, np.where(is_coat, odds, 1 - odds), np.float32(1))
+    # The microfacets.
     roughness = np.where(is_coat, coat, lobe)
     normals = reflecting_normal(at.wo, at.n_shading, at.n_geometric)
     facing = flatnonzero(wide & (roughness > MIRROR_ROUGHNESS) & (dot(at.wo, normals) > 0))
@@ -119,8 +124,11 @@ def _repeated(
     shared = np.where(apart[index], np.where(is_last, 1, times[index] - 1), times[index])
     rays, at = rays.take(index), at.take(index)
     assert at.draws is not None
-    rays.throughput = np.where(shared > 1, rays.throughput / shared.astype(np.float32), rays.throughput)
-    rays.path = np.where(part > 0, hash32(rays.path + part), rays.path)
+    rays = replace(
+        rays,
+        throughput=np.where(shared > 1, rays.throughput / shared.astype(np.float32), rays.throughput),
+        path=np.where(part > 0, hash32(rays.path + part), rays.path),
+    )
     draws = replace(
         at.draws, parts=np.stack([shared.astype(np.uint32), np.where(shared > 1, part, 0)]).astype(np.uint32)
     )

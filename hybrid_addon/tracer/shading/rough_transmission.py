@@ -71,4 +71,4 @@ def _seen(scene: CompiledScene, at: Interaction, lamp: CompiledLight, light: Flo
     square = at.draws.square(lamp.key, 0, 1) if at.draws is not None and is_spread else None
     wi, distance = lamp.shadow_rays(at.inner(ALL), -at.n_geometric, square)
     inside = np.zeros(len(at.prim), bool)
-    return light * visibility(scene, scene.blockers(lamp), wi, distance, at.inner(ALL), inside, None, stats)
+    return light * visibility(scene, scene.blockers(lamp), wi, distance, at.inner(ALL), inside, None, stats)[0]

@@ -26,6 +26,8 @@ from .scattering import both_faces, fresnel_dielectric, simple_caustic
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 
+NOTHING = np.zeros(0, np.intp)
+
 TOGETHER = 1 << 13
 """Shadow rays, of several lights or points of lights, that are followed at once. A question costs a millisecond however
 few they are; of many the work is most of the time, and wants the cache."""
@@ -74,10 +76,10 @@ class _Beam:
 
 def visible_shares(
     scene: CompiledScene, hit: Interaction, origins: Origins, asked: list[tuple[CompiledLight, Index]], stats: Stats
-) -> Iterator[Array]:
+) -> Iterator[tuple[Array, Numbers]]:
     """What share, (m,) or (3, m), of each light gets to the hits that it may reach: the mean over shadow samples.
 
-    Marks are left in hit.cut where a shadow ray is not followed to its end.
+    And to which of these hits (k,) a shadow ray was not followed to its end.
     """
     origins.work_out([wanted for _, wanted in asked])
     squares = [_samples(scene, hit, light) for light, _ in asked]
@@ -86,9 +88,11 @@ def visible_shares(
         for (light, wanted), n in zip(asked, squares, strict=True)
         for beam in _beams(scene, hit, light, wanted, take(origins.origin, wanted), n)
     )
-    seen = _visibilities(scene, hit, beams, stats)
+    seen = _visibilities(scene, beams, stats)
     for n in squares:
-        yield next(seen) if n <= 1 else np.asarray(sum(islice(seen, n)) / np.float32(n), np.float32)
+        shares, cut = zip(*islice(seen, max(n, 1)), strict=True)
+        mean = shares[0] if n <= 1 else np.asarray(sum(shares) / np.float32(n), np.float32)
+        yield mean, cut[0] if n <= 1 else np.concatenate(cut)
 
 
 def _samples(scene: CompiledScene, hit: Interaction, light: CompiledLight) -> int:
@@ -112,31 +116,31 @@ def _beams(
         yield _Beam(blockers, wanted, origin, inside, *light.shadow_rays(origin, normal, square), media)
 
 
-def _visibilities(scene: CompiledScene, hit: Interaction, beams: Iterable[_Beam], stats: Stats) -> Iterator[Array]:
-    """What each of some beams lets through. Those that the same things may block go together while they are few."""
+def _visibilities(scene: CompiledScene, beams: Iterable[_Beam], stats: Stats) -> Iterator[tuple[Array, Numbers]]:
+    """What gets through along each of some beams, and which of its rays were not followed to their ends. Those that the
+    same things may block go together while they are few."""
     waiting: list[_Beam] = []
     for beam in beams:
         if waiting and (beam.blockers is not waiting[0].blockers or sum(map(len, waiting)) + len(beam) > TOGETHER):
-            yield from _visibility_of(scene, hit, waiting, stats)
+            yield from _visibility_of(scene, waiting, stats)
             waiting = []
         waiting.append(beam)
     if waiting:
-        yield from _visibility_of(scene, hit, waiting, stats)
+        yield from _visibility_of(scene, waiting, stats)
 
 
-def _visibility_of(scene: CompiledScene, hit: Interaction, beams: list[_Beam], stats: Stats) -> Iterator[Array]:
+def _visibility_of(scene: CompiledScene, beams: list[_Beam], stats: Stats) -> Iterator[tuple[Array, Numbers]]:
     """The same of beams with the same blockers, in one question."""
     names = "wi", "distance", "origin", "inside"
     wi, distance, origin, inside = (_joined([getattr(b, name) for b in beams]) for name in names)
     media = _joined([b.media for b in beams if b.media is not None]) if beams[0].media is not None else None
-    cut = None if hit.cut is None else np.zeros(len(distance), bool)
-    share, start = visibility(scene, beams[0].blockers, wi, distance, origin, inside, media, stats, cut), 0
+    share, cut = visibility(scene, beams[0].blockers, wi, distance, origin, inside, media, stats)
+    start = 0
     for beam in beams:
-        part = slice(start, start + len(beam))
-        start = part.stop
-        if hit.cut is not None and cut is not None and cut[part].any():
-            hit.cut[beam.wanted] |= cut[part]
-        yield share[..., part]
+        stop = start + len(beam)
+        first, last = np.searchsorted(cut, (start, stop)) if len(cut) else (0, 0)
+        yield share[..., start:stop], cut[first:last] - start
+        start = stop
 
 
 def _joined(parts: list[Array]) -> Array:
@@ -153,18 +157,18 @@ def visibility(
     inside: Bools,
     media: Stack | None,
     stats: Stats,
-    cut: Bools | None = None,
-) -> Array:
+) -> tuple[Array, Numbers]:
     """What share, (n,) or (3, n), of the light `distance` (n,) along wi (3, n) gets to the origins (3, n).
 
-    inside : (n,) bool, rays that are likely to meet something.
-    media : (rows, n), the solids around the origins.   cut : (n,), gets marks where a ray is not followed to its end.
+    And which rays (k,), ascending, were not followed to their ends: they count as blocked.
+
+    inside : (n,) bool, rays that are likely to meet something.   media : (rows, n), the solids around the origins.
     """
+    # Rays that Embree cannot digest are not sent.
     t_max = distance * np.float32(SHADOW_REACH)
     is_open = traceable(origin, wi)
     sound = select(is_open)
-    if cut is not None and not isinstance(sound, slice):
-        cut |= ~is_open
+    cut = NOTHING if isinstance(sound, slice) else flatnonzero(~is_open)
     stats.add("dropped", len(is_open) - count(sound, len(is_open)))
     stats.add("shadow", count(sound, len(is_open)))
     is_blocked = is_open.copy()
@@ -176,19 +180,20 @@ def visibility(
         is_open &= ~is_blocked
         stats.add("any_hit", np.count_nonzero(is_open) if blockers.tints else count(asked, len(is_open)))
         if not blockers.tints:
-            return is_open
+            return is_open, cut
+    # Of those that meet something, follow the ray through all that tints it.
     blocked = select(is_blocked)
     media = None if media is None else take(media, blocked)
     way = take(origin, blocked), take(wi, blocked), take(t_max, blocked)
     passed, exhausted = _transmittance(scene, blockers, *way, media, stats)
-    if cut is not None and len(exhausted):
-        cut[exhausted if isinstance(blocked, slice) else blocked[exhausted]] = True
+    if len(exhausted):
+        cut = np.union1d(cut, exhausted if isinstance(blocked, slice) else blocked[exhausted])
     if isinstance(blocked, slice):
-        return passed
+        return passed, cut
     visible = np.empty(origin.shape, np.float32)
     visible[...] = is_open
     write(visible, blocked, passed)
-    return visible
+    return visible, cut
 
 
 def _transmittance(
@@ -212,12 +217,14 @@ def _transmittance(
     active, d, reach = np.arange(wi.shape[1]), wi, t_max.astype(np.float64)
     left = None if media is None or absorption is None else result
     for _ in range(MAX_SHADOW_CROSSINGS):
+        # To the next surface, or to the light; what lies between may absorb.
         stats.add("shadow_steps", len(active))
         hits = blockers.casts.nearest(origin, d, stats)
         crosses = hits.t < reach
         ends = crosses & blockers.opaque.take(hits.prim, mode="wrap")
         if left is not None and media is not None and absorption is not None:
             left = left * transmittance(absorption, media, np.minimum(hits.t, reach)).astype(np.float32)
+        # Done are those that something opaque stops, and those that arrive.
         crossed = select(crosses & ~ends)
         if not isinstance(crossed, slice):
             write(result, active[ends], 0)
@@ -227,6 +234,7 @@ def _transmittance(
         if count(crossed, len(active)) == 0:
             return result, active[:0]
         hits, active, origin, d = hits.take(crossed), active[crossed], take(origin, crossed), take(d, crossed)
+        # The surface lets some of it through.
         prim, entering = hits.prim.astype(np.intp), hits.toward < 0
         passed = _passed(scene, prim, hits, origin, d)
         left = passed if left is None else take(left, crossed) * passed

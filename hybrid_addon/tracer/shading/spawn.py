@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32, Float64
-from ..core.constants import MAX_STRAIGHT_PASSES, MIRROR_ROUGHNESS
+from ..core.constants import MAX_STRAIGHT_CROSSINGS, MIRROR_ROUGHNESS
 from ..core.rays import NO_BRANCH, REFLECTED_RAY, REFLECTION, REFRACTION, TRANSMITTED_RAY, Rays
 from ..core.stats import Stats
 from ..core.vectors import Index, count, flatnonzero, largest_component, most, normalize, put, select, take
@@ -23,7 +23,7 @@ from .scattering import both_faces, fresnel_dielectric, keep_outside, mirrored, 
 Bools = NDArray[np.bool_]
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Split:
     """How n hits share out the throughput of their rays.
 
@@ -40,11 +40,16 @@ class Split:
     cos_i: Float64
     eta: Float64
 
-    def scale(self, factor: float) -> None:
-        """Let all that is mirrored or bent count so many times."""
-        if factor != 1.0:
-            self.reflected *= np.float32(factor)
-            self.transmitted *= np.where(self.bends, np.float32(factor), np.float32(1))
+    def scaled(self, factor: float) -> Split:
+        """All that is mirrored or bent counts so many times."""
+        if factor == 1.0:
+            return self
+        reflected = self.reflected * np.float32(factor)
+        return replace(
+            self,
+            reflected=reflected,
+            transmitted=self.transmitted * np.where(self.bends, np.float32(factor), np.float32(1)),
+        )
 
 
 def spawn(
@@ -56,15 +61,15 @@ def spawn(
         return [rays.take(np.zeros(0, np.intp))]
     drawn = roughen(scene, rays, at, t) if plan.rough else None
     rays, at, t = (rays, at, t) if drawn is None else (drawn.rays, drawn.at, drawn.t)
-    split = share_out(scene, rays, at)
-    split.scale(scene.arriving.indirect)
+    split = share_out(scene, rays, at).scaled(scene.arriving.indirect)
     if drawn is not None:
-        split.reflected, split.transmitted = drawn.share(split.reflected, split.transmitted, split.bends)
-        split.unlit = at.has_highlight & drawn.is_rough
+        reflected, transmitted = drawn.share(split.reflected, split.transmitted, split.bends)
+        unlit = at.has_highlight & drawn.is_rough
+        split = replace(split, reflected=reflected, transmitted=transmitted, unlit=unlit)
     blurred = are_blurred(scene, at)
     if blurred is not None:
-        _add_blurred(scene, rays, at, split, blurred, sample_buffer)
-    reflect_too, transmit_too = _followed(scene, rays, at, split, sample_buffer, stats)
+        split = _add_blurred(scene, rays, at, split, blurred, sample_buffer)
+    split, reflect_too, transmit_too = _followed(scene, rays, at, split, sample_buffer, stats)
     return children(scene, rays, at, t, split, reflect_too, transmit_too, stats)
 
 
@@ -123,10 +128,10 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
 
 def _add_blurred(
     scene: CompiledScene, rays: Rays, at: Interaction, split: Split, blurred: Bools, sample_buffer: SampleBuffer
-) -> None:
+) -> Split:
     """Let hits whose base is `blurred` (n,) show the world's blurred image: in the mirror's direction, and straight on.
 
-    What is left to rays is what a smooth coat reflects, and what goes straight on.
+    Returns what is left to rays: what a smooth coat reflects, and what goes straight on.
     """
     index = flatnonzero(blurred)
     smooth = at.value("coat_roughness", index) <= MIRROR_ROUGHNESS
@@ -138,20 +143,21 @@ def _add_blurred(
         light = (take(split.reflected, index) - sharp) * scene.world.glossy(mirrored(wo, n, roughness), roughness)
         light += take(split.transmitted, index) * take(split.bends, index) * scene.world.glossy(-wo, roughness)
         sample_buffer.add_radiance(take(rays.sample, index), light, take(rays.branch, index))
-    split.reflected = put(split.reflected, index, sharp)
-    split.transmitted = np.where(blurred & split.bends, np.float32(0), split.transmitted)
+    straight = np.where(blurred & split.bends, np.float32(0), split.transmitted)
+    return replace(split, reflected=put(split.reflected, index, sharp), transmitted=straight)
 
 
 def _followed(
     scene: CompiledScene, rays: Rays, at: Interaction, split: Split, sample_buffer: SampleBuffer, stats: Stats
-) -> tuple[Bools, Bools]:
+) -> tuple[Split, Bools, Bools]:
     """Which reflected and which transmitted rays go on: those with a weight, within depth, worth their work.
 
     What the depth or the cutoff ends, or what is one of too many, is residual; of those that are too many, some stand
-    for the others. Camera rays that pass straight through are never cut: the film's alpha counts them.
+    for the others, and carry more. Camera rays that pass straight through are never cut: the film's alpha counts them.
     """
+    # Those with a weight, within depth.
     may_bounce = rays.depth < scene.settings.max_depth
-    may_pass = (may_bounce & split.bends) | ((rays.passes < MAX_STRAIGHT_PASSES) & ~split.bends)
+    may_pass = (may_bounce & split.bends) | ((rays.straight < MAX_STRAIGHT_CROSSINGS) & ~split.bends)
     weightless = scene.plan.weightless
     reflected, transmitted = largest_component(split.reflected), largest_component(split.transmitted)
     if not weightless:
@@ -159,6 +165,7 @@ def _followed(
     place = scene.geometry.object.take(at.prim)
     reflects = _within(rays, place, reflected, may_bounce, sample_buffer, weightless, stats)
     transmits = _within(rays, place, transmitted, may_pass, sample_buffer, weightless, stats)
+    # Those that are worth their work: the smallest are cut, as far as the error budget goes.
     weight = np.concatenate([reflected * reflects, transmitted * (transmits & (split.bends | ~rays.camera))])
     sample = np.concatenate([rays.sample, rays.sample])
     ended = sample_buffer.cuttable(sample, weight)
@@ -168,15 +175,14 @@ def _followed(
         stats.add("lost_to_cutoff", in_units(weight[ended]).sum())
         weight[ended] = 0
         reflects, transmits = reflects & ~ended[: len(rays)], transmits & ~ended[len(rays) :]
+    # Of too many, those that are drawn.
     factor = sample_buffer.drawn(sample, weight)
-    if factor is not None:
-        stats.add("crowded", np.count_nonzero(factor == 0))
-        for light, changed, follows in zip(
-            (split.reflected, split.transmitted), factor.reshape(2, -1), (reflects, transmits), strict=True
-        ):
-            light *= changed.astype(np.float32)
-            follows &= changed > 0
-    return reflects, transmits
+    if factor is None:
+        return split, reflects, transmits
+    stats.add("crowded", np.count_nonzero(factor == 0))
+    left, through = factor.reshape(2, -1).astype(np.float32)
+    split = replace(split, reflected=split.reflected * left, transmitted=split.transmitted * through)
+    return split, reflects & (left > 0), transmits & (through > 0)
 
 
 def _within(
@@ -201,25 +207,32 @@ def _within(
 
 
 def _child(
-    rays: Rays, at: Interaction, index: Index, origin: Float32, direction: Float32, weight: Float32, reflects: bool
+    rays: Rays,
+    at: Interaction,
+    index: Index,
+    origin: Float32,
+    direction: Float32,
+    weight: Float32,
+    media: NDArray[np.int32],
+    unlit: Bools,
+    path_kind: np.uint32,
 ) -> Rays:
-    """Rays one bounce deeper, in the same medium."""
-    n, kind = origin.shape[1], REFLECTED if reflects else TRANSMITTED
-    receiver = np.broadcast_to(take(at.prim, index).astype(np.int32), (len(rays.receiver), n))
+    """Rays that the hits `index` bend, one bounce deeper. path_kind: REFLECTED or TRANSMITTED."""
+    n = origin.shape[1]
     return Rays(
         origin=origin,
         direction=direction,
         throughput=take(weight, index),
         sample=take(rays.sample, index),
         depth=take(rays.depth, index) + np.int16(1),
-        passes=take(rays.passes, index),
+        straight=take(rays.straight, index),
         t_max=np.full(n, np.inf, np.float32),
-        media=take(rays.media, index),
-        kind=np.full(n, REFLECTED_RAY if reflects else TRANSMITTED_RAY),
-        unlit=take(rays.unlit, index),
-        receiver=receiver,
-        path=child_path(take(rays.path, index), kind),
-        branch=_child_branch(take(rays.branch, index), kind),
+        media=media,
+        kind=np.full(n, REFLECTED_RAY if path_kind == REFLECTED else TRANSMITTED_RAY),
+        unlit=unlit,
+        receiver=np.broadcast_to(take(at.prim, index).astype(np.int32), (len(rays.receiver), n)),
+        path=child_path(take(rays.path, index), path_kind),
+        branch=_child_branch(take(rays.branch, index), path_kind),
     )
 
 
@@ -235,11 +248,10 @@ def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, stats: S
         normal = reflecting_normal(wo, normal, take(at.n_geometric, index))
     direction = normalize(reflect(wo, normal))
     stats.add("reflected", direction.shape[1])
-    child = _child(rays, at, index, take(at.outer, index), direction, split.reflected, True)
-    child.unlit = take(split.unlit, index)
+    media, unlit = take(rays.media, index), take(split.unlit, index)
     if at.sides is not None:
-        child.media = at.sides.amend(child.media, index, beyond=False)
-    return child
+        media = at.sides.amend(media, index, beyond=False)
+    return _child(rays, at, index, take(at.outer, index), direction, split.reflected, media, unlit, REFLECTED)
 
 
 def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, stats: Stats) -> Rays:
@@ -250,18 +262,16 @@ def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, 
     if at.n_shading is not at.n_geometric:
         direction = keep_outside(direction, -take(at.n_geometric, index), wo)
     stats.add("refracted", direction.shape[1])
-    child = _child(rays, at, index, at.inner(index), direction, split.transmitted, False)
+    unlit = take(rays.unlit, index)
     if scene.plan.rough and scene.plan.specular:
-        child.unlit = child.unlit | take(at.glows, index)
-    child.media = _beyond(scene, child.media, at, index, stats)
-    return child
+        unlit = unlit | take(at.glows, index)
+    media = _beyond(scene, rays, at, index, stats)
+    return _child(rays, at, index, at.inner(index), direction, split.transmitted, media, unlit, TRANSMITTED)
 
 
-def _beyond(
-    scene: CompiledScene, media: NDArray[np.int32], at: Interaction, index: Index, stats: Stats
-) -> NDArray[np.int32]:
-    """Media (rows, m) of rays that go on behind the hits `index`, from those before."""
-    media = scene.media.cross(media, take(at.prim, index), take(at.entering, index), stats)
+def _beyond(scene: CompiledScene, rays: Rays, at: Interaction, index: Index, stats: Stats) -> NDArray[np.int32]:
+    """Media (rows, m) of rays that go on behind the hits `index`."""
+    media = scene.media.cross(take(rays.media, index), take(at.prim, index), take(at.entering, index), stats)
     return media if at.sides is None else at.sides.amend(media, index, beyond=True)
 
 
@@ -269,11 +279,16 @@ def _straight(
     scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, t: Float64, stats: Stats
 ) -> Rays:
     """Rays through index-matched surfaces: the same ray goes on behind, and no bounce is spent."""
-    child = _child(rays, at, index, at.inner(index), take(rays.direction, index), split.transmitted, False)
-    child.depth -= np.int16(1)
-    child.passes = child.passes + np.int16(1)
-    child.t_max = (take(rays.t_max, index) - take(t, index)).astype(np.float32)
-    child.kind, child.receiver = take(rays.kind, index), take(rays.receiver, index)
-    child.media = _beyond(scene, child.media, at, index, stats)
-    stats.add("straight", len(child))
-    return child
+    path, branch = take(rays.path, index), take(rays.branch, index)
+    on = replace(
+        rays.take(index),
+        origin=at.inner(index),
+        throughput=take(split.transmitted, index),
+        straight=take(rays.straight, index) + np.int16(1),
+        t_max=(take(rays.t_max, index) - take(t, index)).astype(np.float32),
+        media=_beyond(scene, rays, at, index, stats),
+        path=child_path(path, TRANSMITTED),
+        branch=_child_branch(branch, TRANSMITTED),
+    )
+    stats.add("straight", len(on))
+    return on

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hybrid_addon.scene import Expression, Plane, PointLight, Raster, Settings, Surface, Visibility, World
-from hybrid_addon.tracer import trace
+from hybrid_addon.tracer import CompiledScene, trace, trace_compiled
 from hybrid_addon.tracer.core.camera import project
 from hybrid_addon.tracer.core.constants import NO_DEPTH
 from hybrid_addon.tracer.emitters.screen_space import is_matte
@@ -243,7 +243,7 @@ def test_a_raster_that_backs_nothing_changes_no_bit(build, settings):
     pruned = trace(replace(glossy, raster=raster), settings)
     assert pruned.hits == {"backed": 0, "not_backed": 0}
     same(bare, pruned)
-    same(bare, trace(replace(glossy, raster=raster), replace(settings, keep=frozenset({"backing"}))))
+    same(bare, trace(replace(glossy, raster=raster), replace(settings, keep=frozenset({"screen_space"}))))
 
 
 def test_threads_chunks_and_passes_change_no_bit(build):
@@ -269,6 +269,20 @@ def test_traced_shadows_lie_on_what_backs_hits_too(build):
     given = trace(replace(s, raster=Raster(dark, raster.depth)), SETTINGS)
     same(film, given)
     assert not np.array_equal(film.radiance, trace(s, SETTINGS).radiance)
+
+
+def test_a_frame_leaves_the_prepared_scene_as_it_was(build):
+    """Traced shadows lie on the raster in their own frame, not in the next one of the same scene."""
+    pole = build.quad([(-0.5, 3, 0), (0.5, 3, 0), (0.5, 3, 1), (-0.5, 3, 1)], "pole")
+    s = room(build, (pole, build.mirror()), lights=(LIGHT,), world=World((0.1, 0.2, 0.3)))
+    raster, _ = eevee(s.camera, gradient)
+    settings = replace(SETTINGS, raster_shadows=True)
+    compiled = CompiledScene(replace(s, raster=raster), settings)
+    without = compiled.seen_from(compiled.camera, replace(settings, raster_shadows=False))
+    first, shadowed, again = (trace_compiled(scene) for scene in (without, compiled, without))
+    assert not np.array_equal(first.radiance, shadowed.radiance)
+    same(first, again)
+    same(shadowed, trace_compiled(compiled))
 
 
 def test_reflection_and_refraction_are_the_parts_of_the_picture(build):

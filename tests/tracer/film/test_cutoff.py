@@ -118,7 +118,7 @@ def test_of_equal_branches_all_are_cut_or_none_exact(different, least):
         own = np.flatnonzero(sample == owner)
         for bound in np.unique(weight[own]):
             lighter = own[weight[own] <= bound]
-            if (weight[lighter] / BUDGET_UNIT).astype(int).sum() <= sample_buffer.limit:
+            if (weight[lighter] / BUDGET_UNIT).astype(int).sum() <= sample_buffer.budget.limit:
                 expected[lighter] = True
     np.testing.assert_array_equal(cut, expected)
     assert least < cut.mean() < 0.95

@@ -13,11 +13,10 @@ from hybrid_addon.clock import Clock
 from hybrid_addon.measure.stability import effects
 from hybrid_addon.measure.stability.build import shoot
 from hybrid_addon.scene import PointLight, Settings, World
-from hybrid_addon.tracer import render
 from hybrid_addon.tracer.film import pixels
 from hybrid_addon.tracer.parallel import forks, pool
 from hybrid_addon.tracer.render import Cancelled, trace
-from hybrid_addon.tracer.sampling import passes
+from hybrid_addon.tracer.sampling import passes, tiles
 
 pytestmark = pytest.mark.skipif(not forks.AVAILABLE, reason="this system does not fork")
 PASSES = frozenset({"samples", "reflection"})
@@ -38,7 +37,7 @@ def scene(build):
 
 @pytest.fixture(autouse=True)
 def small(monkeypatch):
-    monkeypatch.setattr(passes, "WORTH_IT", 0)
+    monkeypatch.setattr(tiles, "WORTH_IT", 0)
 
 
 def children(of=None):
@@ -85,7 +84,7 @@ def parent(number):
 
 
 def has_begun(number):
-    """Whether it has worked for some ticks of the clock: then it has a portion."""
+    """Whether it has worked for some ticks of the clock: then it has a tile."""
     return (stat(number)[11] or 0) >= 5
 
 
@@ -140,7 +139,7 @@ def test_they_stay_for_all_of_a_picture(scene, monkeypatch):
     made, init = [], forks.ForkPool.__init__
     resolved, develop = [], pixels.PixelBuffer.resolved
     monkeypatch.setattr(forks.ForkPool, "__init__", lambda self, *a: (made.append(1), init(self, *a))[1])
-    monkeypatch.setattr(pixels.PixelBuffer, "developed", lambda self, p: (resolved.append(1), develop(self, p))[1])
+    monkeypatch.setattr(pixels.PixelBuffer, "resolved", lambda self, p: (resolved.append(1), develop(self, p))[1])
     film = trace(scene, replace(HOW, processes=True))
     assert film.sampling["samples_max"] == 8 and film.sampling["samples_mean"] < 8  # there were several
     assert len(made) == 1 and not resolved
@@ -150,9 +149,9 @@ def test_no_more_are_started_than_the_passes_need(scene, monkeypatch):
     """To develop the picture those do that are there, however many pieces it is in."""
     made, init = [], forks.ForkPool.__init__
     monkeypatch.setattr(forks.ForkPool, "__init__", lambda self, n, *a: (made.append(n), init(self, n, *a))[1])
-    monkeypatch.setattr(passes, "SMALLEST_PORTION", 1 << 17)  # of which there is one
-    monkeypatch.setattr(passes, "SHORTEST", 1e6)
-    monkeypatch.setattr(render, "BAND", 1000)
+    monkeypatch.setattr(tiles, "SMALLEST_TILE", 1 << 17)  # of which there is one
+    monkeypatch.setattr(tiles, "SHORTEST", 1e6)
+    monkeypatch.setattr(passes, "DEVELOP_CHUNK", 1000)
     film = trace(scene, replace(HOW, samples=4, adaptive=0.0, threads=8, processes=True))
     assert made == [1]
     np.testing.assert_array_equal(film.radiance, trace(scene, replace(HOW, samples=4, adaptive=0.0)).radiance)
@@ -239,17 +238,17 @@ def test_what_fails_in_a_process_fails_here(scene, monkeypatch):
 
 @pytest.mark.parametrize("stuck", [[0], [0, 1, 2, 3]])
 def test_a_process_that_never_begins_is_not_waited_for(scene, monkeypatch, stuck):
-    """As one that waits for a lock which nobody holds any more: its portion is done here."""
-    here, before, trace_portion = os.getpid(), children(), passes.Passes._trace_portion
+    """As one that waits for a lock which nobody holds any more: its tile is done here."""
+    here, before, trace_tile = os.getpid(), children(), passes.Passes._trace_tile
 
     def trace_or_wait(self, pixels, work, deadline, begun):
         number = (begun.ctypes.data - begun.base.ctypes.data) // begun.itemsize
         if os.getpid() != here and number in stuck:
             time.sleep(30)
-        return trace_portion(self, pixels, work, deadline, begun)
+        return trace_tile(self, pixels, work, deadline, begun)
 
     monkeypatch.setattr(pool, "SLOW_START", 0.3)
-    monkeypatch.setattr(passes.Passes, "_trace_portion", trace_or_wait)
+    monkeypatch.setattr(passes.Passes, "_trace_tile", trace_or_wait)
     how, began = replace(HOW, samples=4, adaptive=0.0), time.perf_counter()
     film = trace(scene, replace(how, processes=True))
     assert time.perf_counter() - began < 20

@@ -12,7 +12,7 @@ from hybrid_addon.scene import PointLight, Settings, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.film.filter import Grid, PixelFilter
 from hybrid_addon.tracer.film.pixels import PixelBuffer
-from hybrid_addon.tracer.sampling import passes, schedule
+from hybrid_addon.tracer.sampling import passes, schedule, tiles
 
 SIZE = (48, 40)
 SETTINGS = Settings(samples=13, camera_sees="ALL", threads=1, max_depth=6)
@@ -166,12 +166,12 @@ def test_one_sample_a_pixel_or_less_has_an_error_too(scene, clock, share):
 
 def test_totals_know_nothing_at_first():
     grid = Grid.of((0, 0, 3, 1), (3, 1), None, 0)
-    assert np.isnan(PixelBuffer.zeros(grid, PixelFilter(1.5, 0), signed=False).variance).all()
+    assert np.isnan(PixelBuffer.zeros(grid, PixelFilter(1.5, 0), adaptive=False).variance).all()
 
 
 def test_a_larger_picture_needs_little_more_than_its_pixels(build, monkeypatch):
-    """Rays come in portions: what grows with the picture are its film (20 bytes a pixel) and its sums (40)."""
-    monkeypatch.setattr(passes, "LONGEST_PORTION", 1 << 12)
+    """Rays come in tiles: what grows with the picture are its film (20 bytes a pixel) and its sums (40)."""
+    monkeypatch.setattr(tiles, "LONGEST_TILE", 1 << 12)
     s = build.scene((build.quad([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)]), build.emitter(1, 1, 1)))
     peak = {}
     for size in (128, 512):
@@ -184,46 +184,46 @@ def test_a_larger_picture_needs_little_more_than_its_pixels(build, monkeypatch):
     assert (peak[512] - peak[128]) / (512**2 - 128**2) < 110
 
 
-# ------------------------------------------------------------------------------------------------ portions
+# ------------------------------------------------------------------------------------------------ tiles
 
 
 @pytest.mark.parametrize(
     ("pixels", "count", "threads", "smallest", "wanted"),
     [
-        (1 << 16, 1, 4, passes.FOR_A_THREAD, 1),  # little work: threads would wait for one another
-        (1 << 16, 4, 4, passes.FOR_A_THREAD, 4),
-        (1 << 16, 1, 4, passes.SMALLEST_PORTION, 4),  # processes do not
-        (1 << 21, 4, 4, passes.SMALLEST_PORTION, 8),  # none is longer than LONGEST_PORTION
-        (1 << 20, 4, 16, passes.SMALLEST_PORTION, 32),  # many processes: whoever has time takes another
-        (1 << 14, 1, 16, passes.SMALLEST_PORTION, 2),
+        (1 << 16, 1, 4, tiles.FOR_A_THREAD, 1),  # little work: threads would wait for one another
+        (1 << 16, 4, 4, tiles.FOR_A_THREAD, 4),
+        (1 << 16, 1, 4, tiles.SMALLEST_TILE, 4),  # processes do not
+        (1 << 21, 4, 4, tiles.SMALLEST_TILE, 8),  # none is longer than LONGEST_TILE
+        (1 << 20, 4, 16, tiles.SMALLEST_TILE, 32),  # many processes: whoever has time takes another
+        (1 << 14, 1, 16, tiles.SMALLEST_TILE, 2),
     ],
 )
 def test_work_is_dealt_out_whole(pixels, count, threads, smallest, wanted):
     everything = np.arange(pixels)
-    portions = passes._portions(everything, count, threads, passes.LONGEST_PORTION, smallest)
-    assert len(portions) == wanted
-    np.testing.assert_array_equal(np.sort(np.concatenate(portions)), everything)
-    assert max(map(len, portions)) * count <= passes.LONGEST_PORTION
+    dealt = tiles.deal(everything, count, threads, tiles.LONGEST_TILE, smallest)
+    assert len(dealt) == wanted
+    np.testing.assert_array_equal(np.sort(np.concatenate(dealt)), everything)
+    assert max(map(len, dealt)) * count <= tiles.LONGEST_TILE
 
 
-def test_no_portion_is_a_column_of_the_picture():
-    """Where a deal is so many whole rows, portions would lie one below the other, in the deep part or beside it."""
+def test_no_tile_is_a_column_of_the_picture():
+    """Where a deal is so many whole rows, tiles would lie one below the other, in the deep part or beside it."""
     width = 1024
-    for portion in passes._portions(np.arange(width * 1024), 8, 16, passes.LONGEST_PORTION, passes.SMALLEST_PORTION):
-        assert np.ptp(portion % width) > 0.9 * width
+    for tile in tiles.deal(np.arange(width * 1024), 8, 16, tiles.LONGEST_TILE, tiles.SMALLEST_TILE):
+        assert np.ptp(tile % width) > 0.9 * width
 
 
-def test_against_a_deadline_portions_are_as_long_as_may_be_lost(scene, monkeypatch):
-    lengths, portions = [], passes._portions
+def test_against_a_deadline_tiles_are_as_long_as_may_be_lost(scene, monkeypatch):
+    lengths, deal = [], tiles.deal
 
     def noted(pixels, count, threads, longest, smallest):
         lengths.append(longest)
-        return portions(pixels, count, threads, longest, smallest)
+        return deal(pixels, count, threads, longest, smallest)
 
-    monkeypatch.setattr(passes, "_portions", noted)
+    monkeypatch.setattr(tiles, "deal", noted)
     trace(scene, SETTINGS, deadline=time.perf_counter() + 1000)
-    assert lengths[-1] == passes.LONGEST_PORTION
+    assert lengths[-1] == tiles.LONGEST_TILE
     lengths.clear()
     film = trace(scene, replace(SETTINGS, samples=10**6), deadline=time.perf_counter() + 0.4)
     assert film.time["trace"]["wall"] < 2
-    assert lengths[-1] < passes.LONGEST_PORTION / 8
+    assert lengths[-1] < tiles.LONGEST_TILE / 8

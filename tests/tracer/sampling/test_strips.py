@@ -10,7 +10,7 @@ import pytest
 
 from hybrid_addon.scene import PointLight, Settings, World
 from hybrid_addon.tracer import Cancelled, trace
-from hybrid_addon.tracer.sampling import passes, strips
+from hybrid_addon.tracer.sampling import strips, tiles
 from hybrid_addon.tracer.sampling.strips import Strip, strips_of, together
 
 SIZE = (48, 40)
@@ -137,7 +137,7 @@ def test_progress_goes_on_through_all_strips(scene, short):
 def test_memory_is_that_of_the_picture_itself(build, monkeypatch, masked):
     """Of twelve times the pixels, no more than what each has in the film (28 bytes) and in passing, once each."""
     monkeypatch.setattr(strips, "LONGEST_STRIP", 1 << 13)
-    monkeypatch.setattr(passes, "LONGEST_PORTION", 1 << 13)
+    monkeypatch.setattr(tiles, "LONGEST_TILE", 1 << 13)
     s = build.scene((build.quad([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)]), build.emitter(1, 1, 1)))
     peak = {}
     for height in (64, 768):
