@@ -486,8 +486,6 @@ class Settings:
     passes        : passes that are wanted: "depth", "normal", "samples"; "reflection" and "refraction", the light that
                     came by way of such a ray from the first surface; "raster_backed", the share of the light's way that
                     ended at raster-backed hits.
-    keep          : names of prunings (tracer.prunings.PRUNINGS) to do without, so that tests can show that exact ones
-                    change no bit.
     """
 
     samples: int = 16
@@ -502,7 +500,6 @@ class Settings:
     cutoff: float = 0.0
     adaptive: float = 0.0
     passes: frozenset[str] = frozenset()
-    keep: frozenset[str] = frozenset()
     shadow_samples: int = 1
     rough_samples: int = 0
     occlusion_samples: int = 0
