@@ -271,16 +271,16 @@ def _useful_lights(
 
     near = [light for light in bright if near_any(light)]
     why = "out of range of all that could answer to them, or turned away"
-    notes.spare("far-lights", len(near) < len(bright), why, len(bright) - len(near))
+    notes.spare("lights", len(near) < len(bright), why, len(bright) - len(near))
     return near
 
 
 def _shadows(geometry: Geometry, table: SurfaceTable, lights: Sequence[CompiledLight], notes: _Notes) -> bool:
     """Whether shadow rays are traced at all, where there is light to shade."""
     if not any(light.light.cast_shadow for light in lights):
-        return not notes.spare("shadows", True, "no light casts shadows", len(lights))
+        return not notes.spare("all shadow rays", True, "no light casts shadows", len(lights))
     if not (geometry.shadow & ~table.shadow_clear[geometry.surface]).any():
-        return not notes.spare("shadows", True, "nothing can cast a shadow", len(lights))
+        return not notes.spare("all shadow rays", True, "nothing can cast a shadow", len(lights))
     return True
 
 

@@ -44,14 +44,6 @@ PRUNINGS = (
     ),
     Pruning("secondary", "exact if", "the search tree for reflected and refracted rays", "there are no such rays"),
     Pruning(
-        "far-lights",
-        "exact if",
-        "lights",
-        "all that could answer to them is out of their range or behind them",
-        "lights",
-    ),
-    Pruning("shadows", "exact if", "all shadow rays", "no light casts shadows, or nothing can cast one", "lights"),
-    Pruning(
         "unlit", "exact", "single shadow rays", "no light would arrive: it is behind, out of range or cone", "rays"
     ),
     Pruning("any-hit", "exact if", "the nearest hit along shadow rays", "nothing is hit, or all is opaque", "rays"),
