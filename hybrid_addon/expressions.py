@@ -223,7 +223,8 @@ def apply(operation: str, *inputs: Value, data: Any = None) -> Any:
     if operation in ASKING or any(isinstance(value, Expression) for value in inputs):
         return Expression(operation, inputs, data)
     extra = () if data is None else (data,)
-    return _plain(OPERATIONS[operation](*(_column(value, np.float64) for value in inputs), *extra))
+    with np.errstate(all="ignore"):  # what is not finite is clamped
+        return _plain(OPERATIONS[operation](*(_column(value, np.float64) for value in inputs), *extra))
 
 
 def _column(value: Any, dtype: Any) -> Array:
