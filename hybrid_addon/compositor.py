@@ -68,21 +68,6 @@ def black_out(traced: Float32, raster: Float32, mask: Float32) -> Float32:
     return result
 
 
-def add(raster: Float32, traced: Float32) -> Float32:
-    """The composite of a raster whose ray traced objects are held out and the traced layer that fills the hole.
-
-    Both are premultiplied by complementary coverages, so a sum is exact at edges (Porter & Duff 1984, "plus").
-    """
-    _same_size(raster, traced)
-    return np.asarray(raster + traced, np.float32)
-
-
-def over(front: Float32, back: Float32) -> Float32:
-    """`front` over `back` (Porter & Duff 1984): for layers whose coverages know nothing of each other."""
-    _same_size(front, back)
-    return np.asarray(front + back * (1 - front[..., 3:4]), np.float32)
-
-
 def mask_from_alpha(mask_layer: Float32, user_layer: Float32 | None = None) -> Float32:
     """Coverage of the held-out objects, from the alpha (h, w) of the layer in which they are held out.
 

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from .procedural import TEXTURES, colors, coordinates
 from .procedural.coordinates import three
+from .procedural.fresnel import fresnel_dielectric
 from .scene import Color, Expression, Number, Surface, Texture, Value
 
 Array = NDArray[Any]
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # of Blender's default working space (EEVEE's node RGB to BW)
-WIDTHS = {"uv": 2, "color": 4, "generated": 3, "object": 3, "tangent": 4}
+ATTRIBUTE_WIDTHS = {"uv": 2, "color": 4, "generated": 3, "object": 3, "tangent": 4}
 """Numbers of a mesh's corner, by the first word of an attribute's key; other attributes the hits themselves know."""
 
 FINITE = 1e30  # results are clamped to +- this: a division by 0 in a node must not end as NaN in a picture
@@ -121,16 +122,6 @@ def _bump(gradient: Array, strength: Array, distance: Array, normal: Array) -> A
     return _normalize(_mix(np.maximum(strength, 0), normal, _normalize(normal - distance * gradient)))
 
 
-def _fresnel(cosine: Array, ior: Array) -> Array:
-    """Of a dielectric (Cook & Torrance 1982)."""
-    c = np.abs(cosine)
-    g2 = ior * ior - 1 + c * c
-    g = np.sqrt(np.maximum(g2, 0))
-    a = (g - c) / (g + c)
-    b = ((g + c) * c - 1) / ((g - c) * c + 1)
-    return np.where(g2 > 0, 0.5 * a * a * (1 + b * b), 1)
-
-
 def _smooth(x: Array) -> Array:
     x = np.clip(x, 0, 1)
     return x * x * (3 - 2 * x)
@@ -205,7 +196,7 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
     "normalize": _normalize,
     "normal_map": _normal_map,
     "bump": _bump,
-    "fresnel": _fresnel,
+    "fresnel": lambda cosine, ior: fresnel_dielectric(np.abs(cosine), ior),
     "tangent": np.tan,
     "arctangent": np.arctan,
     "arctangent2": np.arctan2,
@@ -232,7 +223,8 @@ def apply(operation: str, *inputs: Value, data: Any = None) -> Any:
     if operation in ASKING or any(isinstance(value, Expression) for value in inputs):
         return Expression(operation, inputs, data)
     extra = () if data is None else (data,)
-    return _plain(OPERATIONS[operation](*(_column(value, np.float64) for value in inputs), *extra))
+    with np.errstate(all="ignore"):  # what is not finite is clamped
+        return _plain(OPERATIONS[operation](*(_column(value, np.float64) for value in inputs), *extra))
 
 
 def _column(value: Any, dtype: Any) -> Array:
@@ -278,7 +270,7 @@ def reads(surface: Surface) -> set[str]:
     """Keys of the data of a mesh's corners that a surface reads."""
     keys = set()
     for e in expressions_of(surface):
-        if e.operation == "attribute" and e.data.partition(":")[0] in WIDTHS:
+        if e.operation == "attribute" and e.data.partition(":")[0] in ATTRIBUTE_WIDTHS:
             keys.add(e.data)
         elif e.operation in ("image", "image_alpha") and not e.inputs:
             keys.add("uv:" + e.data.uv_map)
@@ -286,11 +278,8 @@ def reads(surface: Surface) -> set[str]:
 
 
 def expressions_of(surface: Surface) -> list[Expression]:
-    """All that its fields are made of, the texture of the base colour included."""
-    values = [getattr(surface, field.name) for field in fields(surface)]
-    if surface.base_color_texture is not None:
-        values.append(Expression("image", (), surface.base_color_texture))
-    return list(walk(*values))
+    """All that its fields are made of."""
+    return list(walk(*(getattr(surface, field.name) for field in fields(surface))))
 
 
 def walk(*values: object) -> Iterator[Expression]:

@@ -134,7 +134,7 @@ class Surface:
     sheen, then coat, then the metal's or the dielectric's own reflection, whose Fresnel weight is taken from what is
     below it.
 
-    base_color         : linear RGB albedo; replaced by `base_color_texture` where that is given (tint it by baking).
+    base_color         : linear RGB albedo; of an image, Expression("image", (), Texture(...)).
     ambient, diffuse   : weights of the world's diffuse light and of the lights' diffuse light, 0..1.
     specular           : RGB reflectance at normal incidence of the Phong highlight (0 switches it off).
     roughness          : 0..1 as in Principled (alpha = roughness^2); it sets the Phong exponent.
@@ -160,7 +160,6 @@ class Surface:
 
     name: str = ""
     base_color: Color = (0.8, 0.8, 0.8)
-    base_color_texture: Texture | None = None
     ambient: float = 1.0
     diffuse: float = 1.0
     specular: Color = BLACK
@@ -495,8 +494,6 @@ class Settings:
     passes        : passes that are wanted: "depth", "normal", "samples"; "reflection" and "refraction", the light that
                     came by way of such a ray from the first surface; "raster_backed", the share of the light's way that
                     ended at raster-backed hits.
-    keep          : names of prunings (tracer.prunings.PRUNINGS) to do without, so that tests can show that exact ones
-                    change no bit.
     """
 
     samples: int = 16
@@ -511,7 +508,6 @@ class Settings:
     cutoff: float = 0.0
     adaptive: float = 0.0
     passes: frozenset[str] = frozenset()
-    keep: frozenset[str] = frozenset()
     shadow_samples: int = 1
     rough_samples: int = 0
     occlusion_samples: int = 0

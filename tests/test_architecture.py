@@ -153,7 +153,7 @@ def test_no_file_is_too_long_to_read() -> None:
 @pytest.mark.parametrize(
     ("module", "is_package", "line", "target"),
     [
-        ("hybrid_addon.tracer.film", False, "from ..compositor import over", "hybrid_addon.compositor"),
+        ("hybrid_addon.tracer.film", False, "from ..compositor import shade", "hybrid_addon.compositor"),
         ("hybrid_addon.tracer", True, "from .. import compositor", "hybrid_addon.compositor"),
         ("hybrid_addon.compositor", False, "from .tracer.film import Film", "hybrid_addon.tracer.film"),
         ("hybrid_addon.scene", False, "def f():\n    from . import tracer", "hybrid_addon.tracer"),

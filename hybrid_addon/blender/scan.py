@@ -25,7 +25,7 @@ NAMED = 5  # objects that one warning names
 
 def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     """What a render of this scene would trace and what it would leave out, with the reason for each. Traces nothing."""
-    from ..tracer.prepare.plan import describe
+    from ..tracer.prepare.tables import describe
 
     scene = scene or bpy.context.scene
     translation = translated(scene)

@@ -87,11 +87,11 @@ def trace(
 
 def _compiled(scene: Scene, settings: Settings, mask: Float32 | None, cache: SceneCache | None) -> CompiledScene:
     """The scene prepared; nothing of it for an empty mask, unless what is out of sight may cast shadows."""
-    if mask is None or np.any(mask) or settings.raster_shadows or "empty-mask" in settings.keep:
-        return CompiledScene(scene, settings, cache, None if mask is None else int(np.count_nonzero(mask)), once=True)
+    if mask is None or np.any(mask) or settings.raster_shadows:
+        return CompiledScene(scene, settings, cache, None if mask is None else int(np.count_nonzero(mask)))
     compiled = CompiledScene(Scene(scene.camera), settings)
-    compiled.plan.applies["empty-mask"] = True
-    compiled.plan.skipped[:] = [{"what": "tracing", "why": "the mask is empty", "count": 1}]
+    nothing = ({"what": "tracing", "why": "the mask is empty", "count": 1},)
+    compiled.plan = compiled.plan.with_pruning("empty-mask", True, mask.size, nothing)
     return compiled
 
 

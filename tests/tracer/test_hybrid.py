@@ -197,6 +197,19 @@ def test_clip_planes_limit_camera_rays_only(build):
     assert (trace(replace(s, camera=replace(s.camera, clip_start=5.5)), HYBRID).coverage == 0).all()
 
 
+@pytest.mark.parametrize("sheets", [1, 3])
+def test_a_ray_that_goes_straight_on_has_used_up_its_way_to_the_clip_plane(build, sheets):
+    """Index-matched sheets before the clip plane: the wall behind is seen before it, not behind it."""
+    wall = (build.quad([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)]), build.emitter(1, 1, 1))
+    panes = [
+        (build.quad([(-9, -9, z), (9, -9, z), (9, 9, z), (-9, 9, z)]), build.glass(1.0)) for z in (1, 2, 3)[:sheets]
+    ]
+    scene = build.scene(wall, *panes, camera=build.camera((0, 0, 5), half=0.01))
+    for end, seen in ((5.01, 1), (4.99, 0)):
+        film = trace(replace(scene, camera=replace(scene.camera, clip_end=end)), HYBRID)
+        np.testing.assert_array_equal(film.radiance, seen)
+
+
 # ------------------------------------------------------------------------------------------------ the caller
 
 

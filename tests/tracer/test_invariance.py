@@ -7,6 +7,7 @@ import pytest
 
 from hybrid_addon.scene import (
     AreaLight,
+    Expression,
     Instance,
     Plane,
     PointLight,
@@ -31,7 +32,7 @@ def everything(build):
     uvs = {"": np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float32)}
     floor = build.quad([(-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0)], uv_maps=uvs)
     s = build.scene(
-        (floor, Surface(base_color_texture=checker, reflectivity=0.125)),
+        (floor, Surface(base_color=Expression("image", (), checker), reflectivity=0.125)),
         (build.icosphere(2, 0.5, smooth=True), build.glass(1.5), {"matrix": build.translation(0.5, -0.5, 0.625)}),
         (build.box((-1, 0, 0.125), (-0.25, 1, 1)), Surface(specular=(0.25, 0.5, 0.5), roughness=0.375)),
         (build.quad([(1, 1, 0.5), (2, 1, 0.5), (2, 1, 1.5), (1, 1, 1.5)]), build.mirror(0.75)),

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hybrid_addon.scene import PointLight, Settings, Sphere, SunLight, Surface, Texture, World
+from hybrid_addon.scene import Expression, PointLight, Settings, Sphere, SunLight, Surface, Texture, World
 from hybrid_addon.tracer import trace
 
 TINY = 1e-9  # float64: scenes are about 10 m, errors about 1e-15 of that
@@ -69,9 +69,10 @@ class Oracle:
 
     def color(self, k, p):
         """Its constant, or the texel under p."""
-        texture = self.surfaces[k].base_color_texture
-        if texture is None:
-            return np.array(self.surfaces[k].base_color)
+        color = self.surfaces[k].base_color
+        if not isinstance(color, Expression):
+            return np.array(color)
+        texture = color.data
         b = np.linalg.lstsq(np.stack([self.e1[k], self.e2[k]], 1), p - self.v0[k], rcond=None)[0]
         u, v = np.array([1 - b.sum(), *b]) @ self.uv[k]
         h, w = texture.pixels.shape[:2]
@@ -195,7 +196,7 @@ def random_scene(build, seed):
             balls.append((Sphere("ball", center, radius, 0, ray_traced=True), surface))
             continue
         sheet = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], uv_maps=uvs)
-        surface = surface if kind < 0.7 else replace(surface, base_color_texture=cloth)
+        surface = surface if kind < 0.7 else replace(surface, base_color=Expression("image", (), cloth))
         parts.append((build.box() if kind < 0.7 else sheet, surface, {"matrix": m}))
     lights = tuple(
         PointLight("p", tuple(rng.uniform(-4, 4, 3)), tuple(rng.random(3) * 20), radius=0.1) for _ in range(2)

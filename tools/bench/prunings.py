@@ -7,6 +7,7 @@ from functools import partial
 
 from hybrid_addon.scene import Scene, Settings
 from hybrid_addon.tracer import trace
+from tests.tracer.unpruned import without
 
 from . import files
 from .measure import Bench
@@ -47,5 +48,6 @@ def _counts(row: dict[str, object]) -> bool:
     return bool(row["applies"]) and "exact" in str(row["class"]) and row["name"] not in ELSEWHERE
 
 
-def _traced(scene: Scene, settings: Settings, without: str) -> None:
-    files.traced(scene, replace(settings, keep=frozenset({without} if without else ())))
+def _traced(scene: Scene, settings: Settings, left: str) -> None:
+    with without(*([left] if left else [])):
+        files.traced(scene, settings)

@@ -32,9 +32,6 @@ CHANNELS = {"NORMAL": "XYZ", "SHADOW": "RGB", "REFLECTION": "RGB", "REFRACTION":
 
 RETRACED = {"what": "EEVEE's half of the picture", "why": "retraced: it is the last render's", "count": 1}
 
-LIGHT_PASSES = {"reflection", "refraction", "raster_backed"}
-"""Passes that add up with the picture, so that they are multiplied by coverage as it is."""
-
 USE_EEVEE = "has the add-on's internal engine: set Render Engine to EEVEE and tick Hybrid"
 
 PASS_TYPES = {"X": "VALUE", "XYZ": "VECTOR", "RGB": "COLOR", "RGBA": "COLOR"}
@@ -295,8 +292,10 @@ def residual(film: Film, mask: Float32) -> Float32:
 
 def data_passes(scene: bpy.types.Scene, film: Film, mask: Float32) -> dict[str, Float32]:
     """The scene's data passes, by name in small letters: (h, w) or (h, w, 3) float32."""
+    from ...tracer.film.samples import LIGHT_AOVS  # they add up with the picture: its coverage multiplies them
+
     found = dict(film.passes)
-    for name in found.keys() & LIGHT_PASSES:
+    for name in found.keys() & LIGHT_AOVS:
         found[name] = found[name] * (mask if found[name].ndim == 2 else mask[..., None])
     if "RESIDUAL" in scene.hybrid.passes:
         found["residual"] = residual(film, mask)

@@ -14,7 +14,7 @@ from ...scene import Expression, Film, Float32, Scene, Settings
 from ...tracer import CompiledScene, trace_compiled
 from ...tracer.core.constants import FIRST_SAMPLES
 from ...tracer.emitters.environment import brightest
-from ...tracer.prepare.plan import describe
+from ...tracer.prepare.tables import describe
 from ...tracer.prepare.validate import validate
 from ...tracer.sampling.passes import Progress
 from ...tracer.shading.lamps import brightest_lamp

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...scene import Camera, Float64, Scene, SunLight, Surface, Visibility
+from ...scene import Camera, Expression, Float64, Scene, SunLight, Surface, Visibility
 from . import build
 from .case import Measured, Theme
 from .compare import different_pixels, largest
@@ -27,7 +27,7 @@ def ramp_scene(lens: Camera, distance: float, window: tuple[float, float, float,
     to_world = m.copy()
     to_world[:3, 3] += m[:3, :3] @ middle
     screen = build.quad(np.array(local) - middle, "screen", uv_maps={"": build.RAMP_UVS})
-    paper = Surface(base_color_texture=build.ramp(), ambient=0.0)
+    paper = Surface(base_color=Expression("image", (), build.ramp()), ambient=0.0)
     sun = SunLight("sun", tuple(m[:3, 2]), (np.pi,) * 3, cast_shadow=False)
     return build.make_scene((screen, paper, {"matrix_world": to_world}), camera=lens, lights=(sun,))
 

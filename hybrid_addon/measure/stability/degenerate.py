@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...scene import (
+    Expression,
     Film,
     Float32,
     Instance,
@@ -178,7 +179,7 @@ def _() -> Measured:
     for bad in (np.nan, np.inf, 1e30, -1e30):
         uvs = build.RAMP_UVS.copy()
         uvs[1] = bad
-        surface = Surface(base_color_texture=build.ramp())
+        surface = Surface(base_color=Expression("image", (), build.ramp()))
         film = build.shoot(lit(build.floor(2, uv_maps={"": uvs}), surface))
         wrong += int(np.count_nonzero(~(np.isfinite(film.radiance) & (film.radiance >= 0)).all(-1)))
     return Measured(wrong)
@@ -197,7 +198,10 @@ def _() -> Measured:
         pixels = np.full((4, 4, 4), 0.5, np.float32)
         pixels[0, 0, :3], pixels[3, 3, :3] = nan, inf
         image = Texture("broken", pixels)
-        scene = lit(build.floor(2, uv_maps={"": build.RAMP_UVS}), Surface(base_color_texture=image, reflectivity=0.5))
+        scene = lit(
+            build.floor(2, uv_maps={"": build.RAMP_UVS}),
+            Surface(base_color=Expression("image", (), image), reflectivity=0.5),
+        )
         return build.shoot(replace(scene, world=World((1, 1, 1), replace(image, name="sky"))))
 
     broken = seen(np.nan, np.inf)

@@ -72,8 +72,8 @@ def effects(unit: float = 1.0) -> Scene:
     cloth = Expression("image", (), image(1, 8, 8))
     slope = Expression("slope", (Expression("channel", (cloth,), 0),))
     bumpy = Expression("bump", (slope, 1.0, unit / 8, Expression("attribute", (), "normal")))
-    plastic = Surface("plastic", cloth, None, roughness=0.125, specular=(0.04,) * 3, layered=True, normal=bumpy)
-    metal = Surface("metal", BLACK, None, reflectivity=0.5, edge_tint=(0.9, 0.9, 0.9), roughness=0.3, layered=True)
+    plastic = Surface("plastic", cloth, roughness=0.125, specular=(0.04,) * 3, layered=True, normal=bumpy)
+    metal = Surface("metal", BLACK, reflectivity=0.5, edge_tint=(0.9, 0.9, 0.9), roughness=0.3, layered=True)
     uvs = {"": np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float32)}
     scene = build.make_scene(
         (build.floor(3.0), build.matte((0.5, 0.6, 0.7)), {"ray_traced": False}),
@@ -252,7 +252,7 @@ def egg(axes: tuple[float, float, float], realised: bool) -> Scene:
     mapped = Expression(
         "normal_map", (cloth, 1.0, Expression("attribute", (), "tangent:"), Expression("attribute", (), "normal"))
     )
-    paint = Surface("paint", cloth, None, roughness=0.1, specular=(0.04,) * 3, layered=True, coat=0.5, normal=mapped)
+    paint = Surface("paint", cloth, roughness=0.1, specular=(0.04,) * 3, layered=True, coat=0.5, normal=mapped)
     lens = build.camera((1, -3, 2), (0, 0, 0), (0, 0, 1), (64, 48), 0.4)
     lamp = PointLight("lamp", (2, -3, 5), (30, 30, 30), radius=0.25)
     parts = ((body, paint, {"matrix_world": matrix}), (build.floor(3, -1), build.matte()))

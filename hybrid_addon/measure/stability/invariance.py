@@ -11,6 +11,7 @@ import numpy as np
 
 from ...scene import (
     AreaLight,
+    Expression,
     Film,
     Float64,
     Light,
@@ -40,7 +41,7 @@ def everything(exact: bool = False) -> Scene:
         ball = replace(ball, vertices=(np.round(ball.vertices * GRID) / GRID).astype(np.float32))
     board = build.floor(3.0, uv_maps={"": build.RAMP_UVS})
     scene = build.make_scene(
-        (board, Surface(base_color_texture=build.ramp(), reflectivity=0.125)),
+        (board, Surface(base_color=Expression("image", (), build.ramp()), reflectivity=0.125)),
         (ball, build.glass(1.5), {"matrix_world": build.translation(0.5, -0.5, 0.625)}),
         (build.box((-1, 0, 0.125), (-0.25, 1, 1)), build.matte(specular=(0.25, 0.5, 0.5), roughness=0.375)),
         (build.quad([(1, 1, 0.5), (2, 1, 0.5), (2, 1, 1.5), (1, 1, 1.5)]), build.mirror(0.75)),

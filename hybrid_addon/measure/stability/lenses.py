@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...scene import Instance, Plane, PointLight, Sphere, SunLight, Surface
+from ...scene import Expression, Instance, Plane, PointLight, Sphere, SunLight, Surface
 from . import build
 from .case import Measured
 from .compare import largest, off_edges
@@ -69,7 +69,7 @@ def _() -> Measured:
     lens = replace(build.camera(-6 * ray, (0, 0, 0), (0, 1, 0), (1, 1), 1e-6), projection="ORTHO")
     center, half = 1.5 * ray, 0.5
     corners = [center + half * (a * across + b * np.array([0, 1, 0])) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    paper = Surface(base_color_texture=build.ramp(), ambient=0.0)
+    paper = Surface(base_color=Expression("image", (), build.ramp()), ambient=0.0)
     screen = (build.quad(corners, uv_maps={"": build.RAMP_UVS}), paper)
     sun = SunLight("sun", tuple(-ray), (np.pi,) * 3, cast_shadow=False)
     plate = (build.box((-1, -1, -0.4), (1, 1, 0.4)), build.glass(n))

@@ -6,7 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...scene import Camera, Float64, Instance, PointLight, Scene, SunLight, Surface, TriangleMesh, Visibility
+from ...scene import (
+    Camera,
+    Expression,
+    Float64,
+    Instance,
+    PointLight,
+    Scene,
+    SunLight,
+    Surface,
+    TriangleMesh,
+    Visibility,
+)
 from . import build
 from .case import Measured, Theme
 from .compare import largest, off_edges
@@ -29,7 +40,7 @@ def outgoing(scene: Scene, start: Float64, expected: Float64, max_depth: int) ->
     up = np.cross(side, expected)
     corners = [a * side + b * up for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     screen = build.quad(corners, "screen", uv_maps={"": build.RAMP_UVS})
-    paper = Surface(base_color_texture=build.ramp(), ambient=0.0)
+    paper = Surface(base_color=Expression("image", (), build.ramp()), ambient=0.0)
     sun = SunLight("sun", tuple(-expected), (np.pi,) * 3, cast_shadow=False)
     base = replace(scene, meshes=(*scene.meshes, screen), surfaces=(*scene.surfaces, paper), lights=(sun,))
     mesh, surface = len(scene.meshes), (len(scene.surfaces),)

@@ -7,7 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from ...scene import AreaLight, Float32, Light, PointLight, Scene, SpotLight, SunLight, Surface, Texture, World
+from ...scene import (
+    AreaLight,
+    Expression,
+    Float32,
+    Light,
+    PointLight,
+    Scene,
+    SpotLight,
+    SunLight,
+    Surface,
+    Texture,
+    World,
+)
 from . import build
 from .case import Measured
 from .compare import largest
@@ -133,7 +145,7 @@ def _() -> Measured:
     found = []
     for shape in ((1, 1), (1, 7), (7, 1)):
         sky, cloth = (Texture("t", build.image(np.full(shape, c, np.float32))) for c in (0.25, 0.5))
-        found.append(largest(uniform(World((1, 1, 1), sky), Surface(base_color_texture=cloth)), plain))
+        found.append(largest(uniform(World((1, 1, 1), sky), Surface(base_color=Expression("image", (), cloth))), plain))
     return Measured(max(found))
 
 

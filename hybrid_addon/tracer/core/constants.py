@@ -213,15 +213,7 @@ NEAR_MARGIN = 2.0**-16
 """By this share of the coordinates the box around where rays start is larger: 128 ulp, more than their rounding."""
 
 FLAT = 2.0**-20
-"""A mirror is flat if its normals, and its triangles' distances from one plane by its size, differ by no more. And a
-matrix flattens if it leaves no more than this share of the box that its columns would make at right angles."""
-
-MOST_FACETS = 1024
-"""Mirrors of more triangles are not asked whether they are flat: it would take as long as it could save."""
-
-MANY_WAYS = 16
-"""Where rays that start in more things than this may go is asked of all of them as one: what they cannot meet is asked
-of every object, for every light."""
+"""A matrix flattens if it leaves no more than this share of the box that its columns would make at right angles."""
 
 FAR_AREA_RATIO = 64.0
 """An area light further away than so many half diagonals is a point to 2e-4; its edge sum would cancel in float32."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...expressions import WIDTHS, Evaluation, walk
+from ...expressions import ATTRIBUTE_WIDTHS, Evaluation, walk
 from ...scene import Expression, Float32, Float64, SunLight, Texture, World, WorldSun
 from ..core.vectors import Array, matrix_times, no_brighter
 from ..materials.textures import sample_equirect, sample_texture
@@ -38,7 +38,7 @@ class Directions:
             return self._direction.astype(np.float32)
         if key in ("normal", "interpolated_normal", "incoming"):
             return -self._direction.astype(np.float32)
-        rows = 1 if key in ("cosine", "backfacing") else WIDTHS.get(key.partition(":")[0], 3)
+        rows = 1 if key in ("cosine", "backfacing") else ATTRIBUTE_WIDTHS.get(key.partition(":")[0], 3)
         return np.full((rows, self._direction.shape[1]), key == "cosine", np.float32)
 
     def gradient(self, value: Callable[[Any], Array]) -> Float32:

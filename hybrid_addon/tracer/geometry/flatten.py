@@ -89,20 +89,17 @@ def flatten(
     layouts: Layouts,
     use_normals: bool = True,
     cache: SceneCache | None = None,
-    without: frozenset[int] = frozenset(),
 ) -> Geometry:
     """Realise all visible instances.
 
     layouts     : for each surface of the scene what it reads of a mesh's corners.
     use_normals : False leaves the shading normals out (a plan that never shades).
     cache       : what an earlier frame has left, and what this one leaves.
-    without     : numbers of instances that are not realised. Coordinates and bounds are those of the whole scene.
     """
     cache = SceneCache(0) if cache is None else cache
     batches = list(mesh_instances_of(scene))
     spheres, planes = [s for s in scene.spheres if visible(s)], [p for p in scene.planes if visible(p)]
     center, radius = _center_and_radius(scene, batches, spheres, cache)
-    batches = list(mesh_instances_of(scene, without)) if without else batches
     shapes = _shapes(batches, center, use_normals, cache)
     parts = [_realise(batch, shape, layouts) for batch, shape in zip(batches, shapes, strict=True)]
     mesh = join(parts) if parts else no_triangles()

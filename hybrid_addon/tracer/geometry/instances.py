@@ -76,12 +76,12 @@ def visible(thing: Instance | Sphere | Plane) -> bool:
     return v.camera or v.shadow or v.secondary
 
 
-def mesh_instances_of(scene: Scene, without: frozenset[int] = frozenset()) -> Iterator[MeshInstances]:
+def mesh_instances_of(scene: Scene) -> Iterator[MeshInstances]:
     """Group the visible instances by mesh: numpy then works on all instances of a mesh at once. Those that are likely
-    to move are a batch of their own, so that the others can be kept. without: numbers of instances to leave out."""
+    to move are a batch of their own, so that the others can be kept."""
     members: dict[tuple[int, bool], list[int]] = {}
     for number, instance in enumerate(scene.instances):
-        if visible(instance) and number not in without and len(scene.meshes[instance.mesh].triangles):
+        if visible(instance) and len(scene.meshes[instance.mesh].triangles):
             members.setdefault((instance.mesh, instance.moves), []).append(number)
     for (mesh, _), numbers in members.items():
         instances = [scene.instances[n] for n in numbers]

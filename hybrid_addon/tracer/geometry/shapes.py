@@ -21,7 +21,8 @@ def plane_distance(facets: Float64, origin: Array, direction: Array) -> tuple[Fl
     height += facets[1] * origin[1]
     height += facets[2] * origin[2]
     np.subtract(facets[3], height, out=height)
-    height /= toward
+    with np.errstate(divide="ignore", invalid="ignore"):  # along the plane
+        height /= toward
     return height, toward
 
 

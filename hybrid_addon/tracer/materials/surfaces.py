@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...expressions import WIDTHS, expressions_of, reads
-from ...scene import BLACK, WHITE, Expression, Float64, Surface, Texture
+from ...expressions import ATTRIBUTE_WIDTHS, expressions_of, reads
+from ...scene import BLACK, WHITE, Expression, Float64, Surface
 from ..core.constants import FAINT, MIRROR_ROUGHNESS, TRACED_ROUGHNESS
 from .columns import NOT_CROSSED, Columns, plain_columns
 from .fields import VARIABLE, Fields, constants, known_fields
@@ -93,17 +93,9 @@ class SurfaceTable:
         """(s,) whether closed bodies of it are solids: what is clear, and has both sides if it need not have them."""
         return self.clear & (self.refracts | self.absorbs | ~(self.culled | self.shadow_culled))
 
-    @property
-    def textured(self) -> bool:
-        """Whether any surface reads an image."""
-        return any(isinstance(e.data, Texture) for s in self.surfaces for e in expressions_of(s))
-
 
 def with_expressions(surface: Surface) -> Surface:
-    """The same surface with the texture of its base colour as an expression, and none where nothing asks for it."""
-    if surface.base_color_texture is not None:
-        image = Expression("image", (), surface.base_color_texture)
-        surface = replace(surface, base_color=image, base_color_texture=None)
+    """The same surface without expressions where nothing asks for them."""
     unused: dict[str, Any] = {}
     if surface.reflectivity == 0.0:
         unused |= {"reflection_tint": WHITE, "edge_tint": None}
@@ -121,7 +113,7 @@ def layout(surface: Surface) -> dict[str, tuple[int, int]]:
     """What a surface reads of a mesh's corners: key -> (start, width)."""
     found, start = {}, 0
     for key in sorted(reads(surface)):
-        width = WIDTHS[key.partition(":")[0]]
+        width = ATTRIBUTE_WIDTHS[key.partition(":")[0]]
         found[key] = (start, width)
         start += width
     return found

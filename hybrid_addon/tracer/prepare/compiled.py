@@ -22,7 +22,8 @@ from ..emitters.light import CompiledLight
 from ..emitters.screen_space import ScreenSpaceLookup
 from ..geometry.aggregate import Hits, PrimitiveSet
 from ..geometry.trees import divides
-from .plan import Plan, prepare
+from .plan import Plan
+from .tables import prepare
 
 
 class ShadowCasters(NamedTuple):
@@ -55,18 +56,16 @@ class CompiledScene:
         settings: Settings,
         cache: SceneCache | None = None,
         pixels: int | None = None,
-        once: bool = False,
     ) -> None:
-        """kept: what an earlier frame has left, and what this one leaves. pixels: to be traced; None: all.
-        once: for one picture with this camera and these settings, so that what no ray of it meets is left out."""
+        """cache: what an earlier frame has left, and what this one leaves. pixels: to be traced; None: all."""
         self.settings, self.arriving = settings, scene.arriving
-        self._kept = SceneCache(0) if cache is None or "unchanged" in settings.keep else cache
+        self._kept = SceneCache(0) if cache is None else cache
         self._kept.begin(sum(len(scene.meshes[i.mesh].triangles) for i in scene.instances))
-        prepared = prepare(scene, settings, self._kept, once)
+        prepared = prepare(scene, settings, self._kept)
         self.camera = prepared.camera
         self.geometry, self.surfaces, self.world = prepared.geometry, prepared.surfaces, prepared.world
         self.media = prepared.media
-        self.plan: Plan = prepared.plan
+        self.plan = prepared.plan
         if self.plan.ambient and self.surfaces.blurs.any():
             self.world.prepare_glossy(*self.surfaces.blur_roughness)
         if self.plan.world and settings.rough_samples == 0 and self.surfaces.rough.any():
@@ -81,7 +80,7 @@ class CompiledScene:
         self._lock = threading.Lock()
         self._make_sets()
         self.screen_space = self._backing(scene) if self.plan.screen_space else None
-        self._note_kept()
+        self.plan = self._with_unchanged()
 
     def _make_sets(self) -> None:
         g, table = self.geometry, self.surfaces
@@ -145,17 +144,14 @@ class CompiledScene:
             self._sets[key] = PrimitiveSet(self.geometry, members, self._kept, self._divided)
         return self._sets[key]
 
-    def _note_kept(self) -> None:
-        """What of an earlier frame could be used."""
-        what = self._kept.found
-        found = [{"what": w, "why": "unchanged since the last frame", "count": n} for w, n in what.items() if n]
-        self.plan.applies["unchanged"] = bool(found)
-        self.plan.saved["unchanged"] = what[PREPARED]
-        self.plan.skipped.extend(found)
+    def _with_unchanged(self) -> Plan:
+        """The plan, which says now what of an earlier frame could be used."""
+        found = self._kept.found
+        return self.plan.with_unchanged(found, found[PREPARED])
 
     def seen_from(self, camera: Camera, settings: Settings) -> CompiledScene:
-        """The same scene for another camera and other samples, depth or cutoff; `see` and `transparent` must agree, and
-        it must not have been prepared to be used `once`."""
+        """The same scene for another camera and other samples, depth or cutoff; `camera_sees` and `transparent` must
+        agree."""
         other = copy.copy(self)
         other.camera, other.settings = camera, settings
         return other

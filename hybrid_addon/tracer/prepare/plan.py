@@ -8,34 +8,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
-from typing import cast
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene import RGB, Camera, Expression, Lens, Scene, Settings, Texture, World
-from ..core.cache import SceneCache, key_of
+from ...scene import Expression, Scene, Settings
 from ..emitters.light import CompiledLight
-from ..emitters.lights import compile_lights
 from ..emitters.screen_space import backable
 from ..emitters.world import CompiledWorld
-from ..geometry.flatten import Geometry, flatten
-from ..materials.surfaces import SurfaceTable, compile_surfaces, expressions_of, layout
+from ..geometry.flatten import Geometry
+from ..materials.surfaces import SurfaceTable, expressions_of
 from ..media.nested import Media
-from ..media.solids import find_solids
 from .light_culling import bounds_of, can_reach
-from .object_culling import unmet
 from .prunings import BY_NAME, PRUNINGS
-from .texels import with_finite_texels
-from .validate import validate
 
-Skipped = list[dict[str, object]]
+Bools = NDArray[np.bool_]
+LeftOut = dict[str, object]
+"""One thing that was left out: "what", "why", and the "count" of it."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Which stages of the wave loop run at all.
+    """Which stages of the wave loop run at all. Nothing of it changes once it is made.
 
     reflection, refraction : spawn such rays (refraction includes straight passes through IOR 1).
     secondary : build what they can meet.   weightless : spawn them even where they carry nothing.
@@ -47,22 +42,22 @@ class Plan:
     rough     : rays leave rough surfaces by random microfacets.
     occlusion : work out how much of the world's diffuse light is hidden.
     raster_shadows : work out the shadows of ray traced objects on all others.
-    backing   : secondary rays may meet what the raster shows.
+    screen_space : secondary rays may meet what the raster shows.
     applies   : pruning -> whether it is made.   saved : pruning -> how many of its unit.
-    skipped   : what was left out: {"what", "why", "count"}.
+    skipped   : what was left out.
     """
 
     reflection: bool
     refraction: bool
     secondary: bool
-    weightless: bool
+    weightless: bool = False
     ambient: bool
     diffuse: bool
     specular: bool
     shadows: bool
-    unlit: bool
+    unlit: bool = False
     faint: bool
-    any_hit: bool
+    any_hit: bool = True
     emission: bool
     world: bool
     soft_shadows: bool
@@ -70,9 +65,9 @@ class Plan:
     occlusion: bool
     raster_shadows: bool
     screen_space: bool
-    applies: dict[str, bool] = field(default_factory=dict)
-    saved: dict[str, int] = field(default_factory=dict)
-    skipped: Skipped = field(default_factory=list)
+    applies: Mapping[str, bool] = field(default_factory=lambda: MappingProxyType({}))
+    saved: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    skipped: tuple[LeftOut, ...] = ()
 
     @property
     def draws(self) -> bool:
@@ -84,7 +79,22 @@ class Plan:
         """Whether any local shading is left."""
         return self.ambient or self.diffuse or self.specular
 
-    def table(self, saved: Mapping[str, int] | None = None) -> Skipped:
+    def with_unchanged(self, found: Mapping[str, int], triangles: int) -> Plan:
+        """The same, with what an earlier frame has left: what -> how many, and how many triangles among it."""
+        why = "unchanged since the last frame"
+        entries = tuple({"what": what, "why": why, "count": n} for what, n in found.items() if n)
+        return self.with_pruning("unchanged", bool(entries), triangles, (*self.skipped, *entries))
+
+    def with_pruning(self, name: str, applies: bool, saved: int, skipped: tuple[LeftOut, ...]) -> Plan:
+        """The same with another row and another list of what was left out."""
+        return replace(
+            self,
+            applies=MappingProxyType({**self.applies, name: applies}),
+            saved=MappingProxyType({**self.saved, name: saved}),
+            skipped=skipped,
+        )
+
+    def table(self, saved: Mapping[str, int] | None = None) -> list[dict[str, object]]:
         """Every pruning, as the report shows it. saved: how many of its unit, of those that only tracing can tell."""
         counts = {**self.saved, **(saved or {})}
         return [
@@ -105,169 +115,95 @@ class Plan:
 class _Notes:
     """What is left out so far."""
 
-    keep: frozenset[str]
     applies: dict[str, bool] = field(default_factory=dict)
     saved: dict[str, int] = field(default_factory=dict)
-    skipped: Skipped = field(default_factory=list)
+    skipped: list[LeftOut] = field(default_factory=list)
 
-    def spare(self, name: str, possible: bool, why: str = "", count: int = 1) -> bool:
-        """Whether to leave something out, given that it is possible; noted, and with a reason also listed."""
-        left_out = bool(possible) and name not in self.keep
-        self.applies[name] = self.applies.get(name, False) or left_out
-        if left_out and why:
-            self.saved[name] = self.saved.get(name, 0) + count
-            self.skipped.append({"what": BY_NAME[name].leaves_out, "why": why, "count": count})
-        return left_out
+    def spare(self, what: str, spared: bool, why: str = "", count: int = 1) -> bool:
+        """Whether `what`, a pruning's name or in words, is left out; with a reason that is listed, too."""
+        spared, pruning = bool(spared), BY_NAME.get(what)
+        if pruning is not None:
+            self.applies[what] = self.applies.get(what, False) or spared
+        if spared and why:
+            self.skipped.append({"what": pruning.leaves_out if pruning else what, "why": why, "count": count})
+            if pruning is not None:
+                self.saved[what] = self.saved.get(what, 0) + count
+        return spared
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
-    """A scene as tables, before anything is built to trace it.
+class Tables:
+    """What a plan is made from."""
 
-    lights : those that can light anything.   lamps : those that rays can meet.
-    """
-
-    camera: Camera
     geometry: Geometry
     media: Media
     surfaces: SurfaceTable
     world: CompiledWorld
-    lights: list[CompiledLight]
-    lamps: list[CompiledLight]
-    plan: Plan
-
-
-def prepare(scene: Scene, settings: Settings, cache: SceneCache | None = None, once: bool = False) -> Prepared:
-    """Compile a validated scene to tables and plan the work on it. Raises ValueError for a pruning that is none.
-
-    once : it is for one picture, with this camera and these settings.
-    """
-    unknown = sorted(settings.keep - BY_NAME.keys())
-    if unknown:
-        raise ValueError(f"settings: no pruning is called {unknown[0]!r}")
-    notes = _Notes(settings.keep)
-    cache = SceneCache(0) if cache is None else cache
-    scene, texels = with_finite_texels(scene, cache)
-    if texels:
-        notes.skipped.append({"what": "texels", "why": "not finite: black", "count": texels})
-    scene = _with_images(scene, notes)
-    surfaces, world = compile_surfaces(scene.surfaces), _world(scene.world, cache)
-    layouts = [layout(s) for s in surfaces.surfaces]
-    without = unmet(scene, settings, surfaces, world, cache) if once else frozenset()
-    if not notes.spare("unmet", bool(without), "no ray can meet them", len(without)):
-        without = frozenset()
-    geometry, media = find_solids(scene, flatten(scene, layouts, cache=cache, without=without), surfaces)
-    if media.rows == 0 and not notes.spare("media", True, "no closed body transmits"):
-        media = replace(media, rank=np.zeros(len(geometry.surface), np.int32), rows=1)
-    why = "only closed bodies have an inside" if surfaces.absorbs.any() else "no closed body absorbs"
-    if media.absorption is None and not notes.spare("absorption", True, why):
-        nothing, rank = np.zeros((3, media.count + 1)), np.zeros(len(geometry.surface), np.int32)
-        rank = media.rank if len(media.rank) else rank
-        media = replace(media, rank=rank, absorption=nothing, shadow_absorption=nothing)
-    why = "every triangle is flat"
-    if geometry.normals is None and not notes.spare("normals", True, why, geometry.triangle_count):
-        geometry = replace(geometry, normals=np.zeros((geometry.triangle_count, 9), np.float32))
-    lights = compile_lights((*scene.lights, *world.suns), geometry.center, geometry.object)
-    linked = any(light.receives is not None or light.blocks is not None for light in lights)
-    if not linked and not notes.spare("light-linking", True):
-        every = np.ones(len(geometry.object), bool)
-        lights = [replace(light, receives=every, blocks=every) for light in lights]
-    plan, lights, lamps = make_plan(geometry, surfaces, world, lights, settings, notes, scene.raster is not None)
-    camera = scene.camera
-    if camera.lens is None and not notes.spare("depth-of-field", True):
-        camera = replace(camera, lens=Lens(0.0, 1.0))
-    return Prepared(camera, geometry, media, surfaces, world, lights, lamps, plan)
-
-
-def _world(world: World, cache: SceneCache) -> CompiledWorld:
-    """What is the same all around is worked out in no time: nobody needs to hear that it was kept."""
-    varies = world.environment is not None or isinstance(world.radiance, Expression)
-    return cache.take(("world", key_of(world)), partial(CompiledWorld, world), "world" if varies else "")
-
-
-def _with_images(scene: Scene, notes: _Notes) -> Scene:
-    """The scene; if images are not to be left out, with images of one colour where it has constants.
-
-    Not where surfaces answer in layers: with constants they are tabulated, and they show the world blurred; both would
-    be rounded elsewhere.
-    """
-
-    def image(color: RGB) -> Texture:
-        pixels = np.broadcast_to(np.array([*color, 1], np.float32), (4, 8, 4))
-        return Texture("constant", pixels, interpolation="CLOSEST")
-
-    plain = not any(expressions_of(s) for s in scene.surfaces)
-    if plain and not notes.spare("textures", True, "no value varies over a surface", len(scene.surfaces)):
-        assigned = tuple(
-            s if s.layered else replace(s, base_color_texture=image(cast(RGB, s.base_color))) for s in scene.surfaces
-        )
-        scene = replace(scene, surfaces=assigned)
-    uniform = scene.world.environment is None and not isinstance(scene.world.radiance, Expression)
-    layered = any(s.layered for s in scene.surfaces)
-    if uniform and not notes.spare("environment", True, "the world is uniform") and not layered:
-        scene = replace(scene, world=replace(scene.world, environment=image((1, 1, 1)), sun=None))
-    return scene
-
-
-def describe(scene: Scene, settings: Settings) -> Plan:
-    """What a trace of this scene would leave out, with reasons; nothing is traced. Raises as `trace` does."""
-    validate(scene, settings, None)
-    return prepare(scene, settings, once=True).plan
+    lights: Sequence[CompiledLight]
 
 
 def make_plan(
-    geometry: Geometry,
-    table: SurfaceTable,
-    world: CompiledWorld,
-    lights: Sequence[CompiledLight],
-    settings: Settings,
-    notes: _Notes,
-    raster: bool,
+    scene: Scene, settings: Settings, tables: Tables, black_texels: int = 0
 ) -> tuple[Plan, list[CompiledLight], list[CompiledLight]]:
     """Find out what the reachable surfaces need, which lights can light any of them, and which lamps rays can meet.
 
-    raster : there is one.
+    black_texels : how many were made black because they are not finite.
     """
+    geometry, table, world, lights = tables.geometry, tables.surfaces, tables.world, tables.lights
+    notes = _Notes()
+    if black_texels:
+        notes.skipped.append({"what": "texels", "why": "not finite: black", "count": black_texels})
+    _note_what_is_not_there(scene, tables, notes)
     reachable = reachable_surfaces(geometry, table, settings)
     n, spare = int(np.count_nonzero(reachable)), notes.spare
 
-    def none(flags: NDArray[np.bool_]) -> bool:
+    def none(flags: Bools) -> bool:
         return not (flags & reachable).any()
 
-    spare("unmasked", settings.camera_sees == "RAY_TRACED")
-    reflection = not spare("reflection", none(table.reflects), "no reachable surface reflects", n)
-    refraction = not spare("refraction", none(table.transmits), "every reachable surface is opaque", n)
+    # Which rays leave surfaces at all, and what those that leave the scene bring back.
+    reflection = not spare("reflected rays", none(table.reflects), "no reachable surface reflects", n)
+    refraction = not spare("refracted rays", none(table.transmits), "every reachable surface is opaque", n)
     secondary = not spare("secondary", not (reflection or refraction))
-    weightless = not spare("weightless", reflection or refraction) and (reflection or refraction)
+    spare("weightless", secondary)
+    rough = settings.rough_samples > 0 and secondary
+    rough = rough and not spare("random microfacets", none(table.rough), "all that rays reach is smooth", n)
     emission = not spare("emission", none(table.emits), "no reachable surface emits", n)
-    escapes = not spare("world", world.is_black, "the world is black")
+    escapes = not spare("light of rays that leave the scene", world.is_black, "the world is black")
+
+    # The world's diffuse light, and what can hide it.
     why = "no reachable surface answers to it" if world.gives_light else "the world is black"
-    ambient = not spare("ambient", not world.gives_light or none(table.shades_ambient), why, n)
+    ambient = not spare("ambient light", not world.gives_light or none(table.shades_ambient), why, n)
     hides = geometry.secondary & ~table.transmits[geometry.surface]
     why = "nothing can hide the world" if ambient else why
     occlusion = settings.occlusion_samples > 0
-    occlusion = occlusion and not spare("occlusion", not (ambient and hides.any()), why, n)
+    occlusion = occlusion and not spare("ambient occlusion", not (ambient and hides.any()), why, n)
+
+    # Lights that rays can meet, and lights that can reach what answers to them.
     sends = (table.reflects | table.transmits) & reachable
     lamps = _lamps(lights, geometry, sends[geometry.surface], notes) if secondary else []
-    answer = table.shades_diffuse | table.shades_specular
-    lights = _useful_lights(lights, geometry, (answer & reachable)[geometry.surface], notes)
+    answers = (table.shades_diffuse | table.shades_specular) & reachable
+    lights = _useful_lights(lights, geometry, answers[geometry.surface], notes)
     why = "no reachable surface answers to it" if lights else "there is no light"
-    diffuse = not spare("diffuse", not lights or none(table.shades_diffuse), why, n)
+    diffuse = not spare("diffuse light", not lights or none(table.shades_diffuse), why, n)
     specular = not spare("highlights", not lights or none(table.shades_specular), why, n)
-    shadows = _shadows(geometry, table, lights, diffuse or specular, notes)
-    unlit = shadows and not spare("unlit", True)
-    sized = any(light.is_soft for light in lights)
+
+    # Shadow rays, and the shadows of ray traced objects on all others.
+    shadows = (diffuse or specular) and _shadows(geometry, table, lights, notes)
+    spare("unlit", shadows)
+    spare("any-hit", shadows)
     soft = shadows and settings.shadow_samples > 0
-    soft = soft and not spare("soft-shadows", not sized, "no light that casts shadows has a size", len(lights))
-    rough = settings.rough_samples > 0 and secondary
-    rough = rough and not spare("roughness", none(table.rough), "all that rays reach is smooth", n)
-    any_hit = spare("any-hit", shadows)
-    caster_bounds = geometry.shadow & geometry.ray_traced & ~table.shadow_clear[geometry.surface]
+    why = "no light that casts shadows has a size"
+    soft = soft and not spare("random points on lights", not any(x.is_soft for x in lights), why, len(lights))
     raster_shadows = shadows and settings.raster_shadows
     if settings.raster_shadows:
+        casts = geometry.shadow & geometry.ray_traced & ~table.shadow_clear[geometry.surface]
         why = "no ray traced object can cast one"
-        raster_shadows = not spare("raster-shadows", not (shadows and caster_bounds.any()), why) and raster_shadows
-    backed = not spare("screen_space", not raster or not (secondary and backable(geometry, table).any())) and raster
+        raster_shadows = not spare("shadows on the raster", not (shadows and casts.any()), why) and raster_shadows
+    shown = scene.raster is not None and secondary and bool(backable(geometry, table).any())
+    spare("look-ups in the raster", not shown, "no raster, or rays reach nothing matte that it shows")
+
+    # What the settings allow to leave out, with an error.
+    spare("unmasked", settings.camera_sees == "RAY_TRACED")
     spare("cutoff", settings.cutoff > 0)
     faint = shadows and spare("faint-light", settings.cutoff > 0)
     spare("adaptive", settings.adaptive > 0)
@@ -275,76 +211,80 @@ def make_plan(
         reflection=reflection,
         refraction=refraction,
         secondary=secondary,
-        weightless=weightless,
         ambient=ambient,
         diffuse=diffuse,
         specular=specular,
         shadows=shadows,
-        unlit=unlit,
         faint=faint,
-        any_hit=any_hit,
         emission=emission,
         world=escapes,
         soft_shadows=soft,
         rough=rough,
         occlusion=occlusion,
         raster_shadows=raster_shadows,
-        screen_space=backed,
-        applies=notes.applies,
-        saved=notes.saved,
-        skipped=notes.skipped,
+        screen_space=shown,
+        applies=MappingProxyType(notes.applies),
+        saved=MappingProxyType(notes.saved),
+        skipped=tuple(notes.skipped),
     )
     return plan, lights, lamps
 
 
-def _lamps(
-    lights: Sequence[CompiledLight], geometry: Geometry, senders: NDArray[np.bool_], notes: _Notes
-) -> list[CompiledLight]:
+def _note_what_is_not_there(scene: Scene, tables: Tables, notes: _Notes) -> None:
+    """List what needs no flag: the tables just do not have it."""
+    geometry, media, spare = tables.geometry, tables.media, notes.spare
+    plain = not any(expressions_of(s) for s in scene.surfaces)
+    spare("texture look-ups", plain, "no value varies over a surface", len(scene.surfaces))
+    uniform = scene.world.environment is None and not isinstance(scene.world.radiance, Expression)
+    spare("environment look-ups", uniform, "the world is uniform")
+    spare("the stack of media around each ray", media.rows == 0, "no closed body transmits")
+    absorbs = tables.surfaces.absorbs.any()
+    why = "only closed bodies have an inside" if absorbs else "no closed body absorbs"
+    spare("absorption", media.absorption is None, why)
+    spare("shading normals", geometry.normals is None, "every triangle is flat", geometry.triangle_count)
+
+
+def _lamps(lights: Sequence[CompiledLight], geometry: Geometry, senders: Bools, notes: _Notes) -> list[CompiledLight]:
     """The lamps that reflected and refracted rays can meet; they start on the primitives `senders` (np,) bool."""
     bounds = bounds_of(geometry, senders)
     seen = [light for light in lights if not light.is_unseen and can_reach(light, bounds)]
     why, left = "no size, or out of range of all that mirrors or refracts", len(lights) - len(seen)
-    return seen if left == 0 or notes.spare("lamps", True, why, left) else list(lights)
+    notes.spare("lamps that rays could meet", left > 0, why, left)
+    return seen
 
 
 def _useful_lights(
-    lights: Sequence[CompiledLight], geometry: Geometry, receivers: NDArray[np.bool_], notes: _Notes
+    lights: Sequence[CompiledLight], geometry: Geometry, receivers: Bools, notes: _Notes
 ) -> list[CompiledLight]:
     """The lights that are not black and that can reach a primitive that answers to light, `receivers` (np,) bool."""
-    black = sum(light.is_black for light in lights)
-    cache = list(lights)
-    if black and notes.spare("black-lights", True, "they are black", black):
-        cache = [light for light in lights if not light.is_black]
-    if cache and receivers.any():
-        bounds = bounds_of(geometry, receivers)
+    bright = [light for light in lights if not light.is_black]
+    notes.spare("lights", len(bright) < len(lights), "they are black", len(lights) - len(bright))
+    if not bright or not receivers.any():
+        return bright
+    bounds = bounds_of(geometry, receivers)
 
-        def near_any(light: CompiledLight) -> bool:
-            if light.receives is None:
-                return can_reach(light, bounds)
-            own = receivers & light.receives
-            return bool(own.any()) and can_reach(light, bounds_of(geometry, own))
+    def near_any(light: CompiledLight) -> bool:
+        if light.receives is None:
+            return can_reach(light, bounds)
+        own = receivers & light.receives
+        return bool(own.any()) and can_reach(light, bounds_of(geometry, own))
 
-        near = [light for light in cache if near_any(light)]
-        why = "out of range of all that could answer to them, or turned away"
-        if len(near) < len(cache) and notes.spare("far-lights", True, why, len(cache) - len(near)):
-            cache = near
-    return cache
+    near = [light for light in bright if near_any(light)]
+    why = "out of range of all that could answer to them, or turned away"
+    notes.spare("lights", len(near) < len(bright), why, len(bright) - len(near))
+    return near
 
 
-def _shadows(
-    geometry: Geometry, table: SurfaceTable, lights: Sequence[CompiledLight], needed: bool, notes: _Notes
-) -> bool:
-    """Whether shadow rays are traced at all."""
-    if not needed or not lights:
-        return False
+def _shadows(geometry: Geometry, table: SurfaceTable, lights: Sequence[CompiledLight], notes: _Notes) -> bool:
+    """Whether shadow rays are traced at all, where there is light to shade."""
     if not any(light.light.cast_shadow for light in lights):
-        return not notes.spare("shadows", True, "no light casts shadows", len(lights))
+        return not notes.spare("all shadow rays", True, "no light casts shadows", len(lights))
     if not (geometry.shadow & ~table.shadow_clear[geometry.surface]).any():
-        return not notes.spare("shadows", True, "nothing can cast a shadow", len(lights))
+        return not notes.spare("all shadow rays", True, "nothing can cast a shadow", len(lights))
     return True
 
 
-def reachable_surfaces(geometry: Geometry, table: SurfaceTable, settings: Settings) -> NDArray[np.bool_]:
+def reachable_surfaces(geometry: Geometry, table: SurfaceTable, settings: Settings) -> Bools:
     """(s,) bool: surfaces on which light is ever worked out."""
     only_ray_traced = settings.camera_sees == "RAY_TRACED" and not settings.raster_shadows
     first = geometry.camera & geometry.ray_traced if only_ray_traced else geometry.camera

@@ -92,6 +92,14 @@ def test_an_area_lights_radiance_is_power_over_pi_and_area(scene, settings, half
     assert lamp.shape == shape
 
 
+@pytest.mark.parametrize(("side", "half"), [(2.0, 1.0), (0.008, 0.004), (0.004, 0.003), (0.001, 0.003)])
+def test_no_side_of_an_area_light_is_shorter_than_eevees(scene, side, half):
+    """EEVEE makes half sides 3 mm at least (its light.cc), and the light as strong as that area asks."""
+    lamp = light("AREA", shape="RECTANGLE", size=side, size_y=2.0)
+    assert lamp.axis_u == pytest.approx((half, 0, 0), abs=1e-7) and lamp.axis_v == pytest.approx((0, 1, 0))
+    assert lamp.radiance[0] == pytest.approx(10 / (PI * 4 * half), rel=1e-5)
+
+
 def test_an_area_light_without_area_is_left_out_by_name(scene):
     warn = Warnings()
     assert light("AREA", Matrix.Diagonal((1, 0, 1, 1)), warn=warn) is None

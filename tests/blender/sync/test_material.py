@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 import pytest
@@ -206,6 +208,20 @@ def test_exactness_is_judged_by_what_both_have():
     mirror = Surface(reflectivity=1.0, reflection_tint=(1, 0, 0))
     assert not blend_is_exact(mirror, Surface(reflectivity=0.5))
     assert blend_is_exact(mirror, Surface(base_color=(1, 0, 0)))
+    cloth = Surface(layered=True, sheen=0.5)
+    assert blend_is_exact(cloth, replace(cloth, base_color=(1, 0, 0)))
+    assert not blend_is_exact(cloth, replace(cloth, sheen=0.25))
+    assert not blend_is_exact(cloth, replace(cloth, coat=0.25))
+
+
+def test_unlike_sheen_is_warned_of_where_two_shaders_are_mixed(material):
+    def cloth(weight):
+        return material.add("ShaderNodeBsdfPrincipled", **{"Sheen Weight": weight})
+
+    mixed(material, cloth(0.5), cloth(0.5), 0.5)
+    assert list(material.warn) == []
+    mixed(material, cloth(0.5), cloth(0.1), 0.5)
+    assert len(list(material.warn)) == 1
 
 
 def test_emission_adds_to_another_shader(material):

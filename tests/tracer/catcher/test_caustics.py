@@ -7,6 +7,7 @@ import pytest
 
 from hybrid_addon.scene import AreaLight, Lens, PointLight, Settings, Sphere, SunLight
 from hybrid_addon.tracer import trace
+from hybrid_addon.tracer.catcher.caustics import footprint
 from hybrid_addon.tracer.shading.scattering import fresnel_dielectric
 
 SETTINGS = Settings(samples=1, raster_shadows=True, caustics="PHOTONS", photons=1 << 17, threads=1, shadow_samples=0)
@@ -169,3 +170,55 @@ def test_a_lens_blurs_caustics_as_it_blurs_the_raster(build, floor, projection):
     before = np.sqrt((sharp * (x * x + y * y)).sum() / sharp.sum())
     confusion = 0.5 * (1 - 20 / 40)  # radius on the floor, halfway to the plane of focus
     assert np.sqrt(width**2 - before**2) == pytest.approx(confusion / 2**0.5, rel=0.08)
+
+
+LEFT, RIGHT, PANE = range(3)
+
+
+def through_a_pane(build, lamp):
+    """What photons bring to both halves of a floor behind a pane, and, of the same size, y."""
+    left, right = (
+        (build.quad([(-9, y, 0), (9, y, 0), (9, y + 9, 0), (-9, y + 9, 0)]), build.matte(), {"ray_traced": False})
+        for y in (-9, 0)
+    )
+    pane = (build.box((1, -2, 3), (3, 2, 3.01)), build.glass(1.5))
+    return trace(scene_of(build, left, right, pane, lights=(lamp,)), SETTINGS).caustic, places(6.0)[1]
+
+
+def test_photons_light_what_their_light_is_linked_to_and_nothing_else(build):
+    everything, y = through_a_pane(build, LAMP)
+    linked, _ = through_a_pane(build, replace(LAMP, receivers=frozenset({LEFT})))
+    left, right = y < -2, y > 2  # the picture is smooth: a little is spread over the edge
+    assert min(everything[left].mean(), everything[right].mean()) > 0.02
+    assert linked[right].mean() < 0.01 * everything[right].mean()
+    np.testing.assert_allclose(linked[left].mean(), everything[left].mean(), rtol=0.01)
+
+
+def test_photons_are_bent_by_what_blocks_their_light_and_nothing_else(build):
+    everything, _ = through_a_pane(build, LAMP)
+    pane, _ = through_a_pane(build, replace(LAMP, blockers=frozenset({PANE})))
+    np.testing.assert_array_equal(pane, everything)
+    assert not through_a_pane(build, replace(LAMP, blockers=frozenset({LEFT})))[0].any()
+
+
+@pytest.mark.parametrize("projection", ["PERSP", "ORTHO"])
+def test_a_pixels_footprint_is_the_area_between_its_corners(build, projection):
+    """On a tilted plane, far off the axis of a wide camera: by the cross product of the corners' places."""
+    camera = build.camera((0, 0, 5), size=(200, 200), half=4.0, projection=projection)
+    normal, step = np.array([0.3, -0.2, 1.0]) / np.linalg.norm([0.3, -0.2, 1.0]), 8.0 / 200
+    eye = np.array([0, 0, 5.0])
+    for x, y in ((0, 0), (100, 40), (199, 199), (3, 150)):
+        corners = np.array([(x + dx, y + dy) for dx, dy in ((0, 0), (1, 0), (0, 1), (0.5, 0.5))]) * step - 4.0
+        if projection == "PERSP":
+            way = np.column_stack([corners, np.full(4, -1.0)])
+            place = eye + way * (-(eye @ normal) / (way @ normal))[:, None]
+        else:
+            start = np.column_stack([corners, np.full(4, 5.0)])
+            place = start - (start @ normal / normal[2])[:, None] * [0, 0, 1]
+        area = np.linalg.norm(np.cross(place[1] - place[0], place[2] - place[0]))
+        to_eye = eye - place[3] if projection == "PERSP" else np.array([0, 0, 5 - place[3][2]])
+        distance = np.linalg.norm(to_eye)
+        found = footprint(
+            camera, np.array([5 - place[3][2]]), np.array([distance]), np.array([to_eye @ normal / distance])
+        )
+        assert found[0] == pytest.approx(area, rel=0.04), (x, y)

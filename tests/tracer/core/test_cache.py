@@ -110,7 +110,6 @@ def test_a_changed_scene_looks_as_from_a_fresh_start(build, change, divided):
     for scene in (first, CHANGES[change](first), first, first):
         film = trace(scene, SETTINGS, cache=cache)
         same(film, trace(scene, SETTINGS))
-        same(film, trace(scene, replace(SETTINGS, keep=frozenset({"unchanged"})), cache=cache))
 
 
 def test_only_what_moved_is_made_ready_and_built(build, divided, monkeypatch):

@@ -43,6 +43,19 @@ def test_a_draw_keeps_number_and_weight_and_leaves_the_heaviest_alone(seed, most
             assert (factor[weights >= untouched.min()] == 1).all()
 
 
+def test_of_equal_branches_the_draw_depends_on_their_order_alone():
+    """Systematic resampling: of n equal ones, m are left, where floor((k + 1) m / n + u) > floor(k m / n + u)."""
+    n, most, rng = 300, 7, np.random.default_rng(3)
+    chance = rng.random(3)
+    owner = np.sort(rng.integers(0, 3, n))
+    rng.shuffle(owner)  # samples come mixed; each keeps the order of its own
+    factor = draw(owner, np.full(n, 1000), np.full(n, most), chance[owner])
+    for sample in range(3):
+        own = factor[owner == sample]
+        steps = np.floor(np.arange(len(own) + 1) * most / len(own) + chance[sample])
+        np.testing.assert_array_equal(own > 0, np.diff(steps) > 0)
+
+
 def test_a_draw_is_right_in_the_mean():
     weights = np.array([0.5, 0.2, 0.1, 0.05, 0.05, 0.02, 0.02, 0.01])
     chances = (np.arange(4096) + 0.5) / 4096

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hybrid_addon.scene import PointLight, Settings, Surface, Texture, World
+from hybrid_addon.scene import Expression, PointLight, Settings, Surface, Texture, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.core.rays import offset_origin, origin_offset
 from hybrid_addon.tracer.core.stats import Stats
@@ -132,7 +132,9 @@ def test_splitting_does_not_change_the_picture(build, monkeypatch, smooth):
     uvs = {"": np.float32([(0, 0), (3, 0.1), (3, 2), (-0.2, 2)])}
     floor = build.quad(corners, normals=normals, uv_maps=uvs)
     surface = Surface(
-        base_color_texture=Texture("t", rng.random((4, 4, 4)).astype(np.float32)), reflectivity=0.2, opacity=0.9
+        base_color=Expression("image", (), Texture("t", rng.random((4, 4, 4)).astype(np.float32))),
+        reflectivity=0.2,
+        opacity=0.9,
     )
     s = build.scene(
         (floor, surface, {"ray_traced": False, "matrix": tilt()}),

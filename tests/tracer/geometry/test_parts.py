@@ -9,7 +9,7 @@ from hybrid_addon.scene import Settings, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.core.constants import WELD
 from hybrid_addon.tracer.geometry.parts import closed_parts
-from hybrid_addon.tracer.prepare import plan
+from hybrid_addon.tracer.prepare import tables
 
 ONE = Settings(samples=1, camera_sees="ALL", threads=1, max_depth=12)
 WHITE = World((1.0, 1.0, 1.0))
@@ -163,7 +163,7 @@ def test_many_parts_in_one_another_are_as_many_objects(build, count):
 
 def test_memory_of_a_ray_grows_with_what_can_be_in_one_place(build):
     def rows(*parts):
-        return plan.prepare(build.scene(*parts), ONE).media.rows
+        return tables.prepare(build.scene(*parts), ONE).media.rows
 
     glass = build.glass()
     row = [(moved(build.icosphere(1), 1.5 * k, 0, 0), glass) for k in range(12)]

@@ -112,6 +112,23 @@ def test_spurious_hits_behind_a_ray_are_traced_again(build):
     assert stats.counts["self_hits"] == np.count_nonzero(raw >= 0)
 
 
+def test_grazing_hits_outside_of_their_triangle_are_counted(build, monkeypatch):
+    """A counter that must be 0 is seen not to be: an Embree that names the wrong triangle."""
+    ground = build.mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (50, 0, 0), (51, 0, 0), (50, 1, 0)], [(0, 1, 2), (3, 4, 5)])
+    camera = build.camera((-3, 0.2, 2e-4), target=(0.2, 0.2, 0), up=(0, 0, 1), half=1e-6)
+    scene, once = build.scene((ground, build.matte()), camera=camera), Settings(samples=1, camera_sees="ALL", threads=1)
+    film = trace(scene, once)
+    assert (film.coverage > 0).all() and film.invariants["barycentrics_out_of_range"] == 0
+    intersect = TriangleScene.intersect
+
+    def wrong(self, origin, direction):
+        found = intersect(self, origin, direction)
+        return np.where(found >= 0, 1 - found, found).astype(found.dtype)
+
+    monkeypatch.setattr(TriangleScene, "intersect", wrong)
+    assert trace(scene, once).invariants["barycentrics_out_of_range"] == film.rays["camera"]
+
+
 def test_a_ray_that_starts_on_another_surface_does_not_pass_through_it(build):
     """As in a corner, where a point of one wall is rounded onto the plane of the next: that is met at distance 0."""
     s = build.scene((build.box((-1, -1, -1), (3, 1, 1)), build.matte()))

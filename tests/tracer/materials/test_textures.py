@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hybrid_addon.scene import Settings, Sphere, Surface, Texture, World
+from hybrid_addon.scene import Expression, Settings, Sphere, Surface, Texture, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.emitters.world import CompiledWorld
 from hybrid_addon.tracer.materials.textures import lookup, sample_equirect, sample_texture
@@ -121,7 +121,7 @@ def test_uv_maps_by_name_and_the_wrapping_of_a_picture(build):
 
     def row(**other):
         texture = Texture("ramp", RAMP, "REPEAT", "CLOSEST", **other)
-        s = build.scene((quad, Surface(base_color_texture=texture)), world=World((1, 1, 1)))
+        s = build.scene((quad, Surface(base_color=Expression("image", (), texture))), world=World((1, 1, 1)))
         return trace(s, settings).radiance[8, :, 0]
 
     np.testing.assert_allclose(row(), np.repeat([0, 1, 2, 3], 4))
@@ -132,7 +132,9 @@ def test_uv_maps_by_name_and_the_wrapping_of_a_picture(build):
 def test_a_texture_on_a_sphere_and_through_a_triangle_slot(build):
     texture = Texture("ramp", image([[0], [1]]), "EXTEND", "CLOSEST")
     cam = build.camera((0, -4, 0), up=(0, 0, 1), half=0.1)
-    s = build.scene(camera=cam, surfaces=(Surface(base_color_texture=texture),), world=World((1, 1, 1)))
+    s = build.scene(
+        camera=cam, surfaces=(Surface(base_color=Expression("image", (), texture)),), world=World((1, 1, 1))
+    )
     s = replace(s, spheres=(Sphere("ball", (0, 0, 0), 1.0, 0),))
     got = trace(s, Settings(samples=1, camera_sees="ALL", threads=1)).radiance[..., 0]
     np.testing.assert_array_equal(got[:8], 0)

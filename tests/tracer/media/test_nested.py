@@ -11,7 +11,7 @@ from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.geometry.flatten import flatten
 from hybrid_addon.tracer.geometry.parts import closed_parts
 from hybrid_addon.tracer.media import touching
-from hybrid_addon.tracer.prepare import plan
+from hybrid_addon.tracer.prepare import tables
 from hybrid_addon.tracer.prepare.compiled import CompiledScene
 
 GLASS, WATER = 1.5, 1.33
@@ -69,7 +69,7 @@ def test_closed_meshes_are_told_from_open_ones(build):
 
 
 def media_of(scene):
-    return plan.prepare(scene, ONE).media
+    return tables.prepare(scene, ONE).media
 
 
 def test_smaller_solids_come_first(build):
@@ -105,7 +105,7 @@ def test_a_longer_stack_or_none_changes_no_bit_where_nothing_nests(build, monkey
     )
     settings = {"max_depth": 6}
     normal = picture(s, **settings)
-    monkeypatch.setattr(plan, "find_solids", _with_rows(plan.find_solids, rows))
+    monkeypatch.setattr(tables, "find_solids", _with_rows(tables.find_solids, rows))
     other = picture(s, **settings)
     np.testing.assert_array_equal(normal.radiance, other.radiance)
     np.testing.assert_array_equal(normal.residual, other.residual)
@@ -292,13 +292,13 @@ def test_a_body_turned_inside_out_swaps_its_media(build):
 
 
 def test_a_medium_that_is_lost_is_counted(build, monkeypatch):
-    original = plan.find_solids
+    original = tables.find_solids
 
     def forget_to_enter(*arguments):
         geometry, media = original(*arguments)
         return geometry, replace(media, low=media.low + 100, high=media.high + 100)
 
-    monkeypatch.setattr(plan, "find_solids", forget_to_enter)
+    monkeypatch.setattr(tables, "find_solids", forget_to_enter)
     inside = build.scene((build.icosphere(2, 2), build.glass()), camera=build.camera((0, 0, 0.5), (0, 0, -1)))
     assert trace(inside, ONE).invariants["lost_media"] > 0
 
@@ -358,7 +358,7 @@ def test_what_a_solid_touches_does_not_depend_on_what_is_asked_first(build, monk
     found = []
     for size in (256, block):
         monkeypatch.setattr(touching, "BLOCK", size)
-        found.append(plan.prepare(scene, Settings()).geometry)
+        found.append(tables.prepare(scene, Settings()).geometry)
     np.testing.assert_array_equal(found[0].vertices, found[1].vertices)
     np.testing.assert_array_equal(found[0].sphere_radius, found[1].sphere_radius)
     untouched = flatten(scene, [{}] * len(scene.surfaces))

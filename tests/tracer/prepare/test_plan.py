@@ -1,6 +1,6 @@
 """What is left out, that it is left out, and that leaving it out changes nothing."""
 
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
@@ -8,9 +8,10 @@ import pytest
 from hybrid_addon.scene import AreaLight, PointLight, Settings, SpotLight, SunLight, Surface, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.geometry import embree
-from hybrid_addon.tracer.prepare.plan import describe
 from hybrid_addon.tracer.prepare.prunings import PRUNINGS
+from hybrid_addon.tracer.prepare.tables import describe
 from hybrid_addon.tracer.shading import shadows
+from tests.tracer.unpruned import EXACT, without
 from tools.pages.blocks import fill
 from tools.pages.from_code import PLAN, plan_blocks
 
@@ -92,8 +93,7 @@ def odd_lights():
     yield AreaLight("up", (0, 0, 4), (0, 0, 1), (1, 0, 0), (0, 1, 0), (9, 9, 9))
 
 
-ELSEWHERE = {"empty-mask", "unmasked", "unchanged"}  # have tests of their own: below, and test_kept.py
-EXACT = [p.name for p in PRUNINGS if p.kind in ("exact", "exact if") and p.name not in ELSEWHERE]
+ELSEWHERE = {"empty-mask", "unmasked", "unchanged"}  # have tests of their own: below, and test_cache.py
 
 
 def same(a, b):
@@ -119,29 +119,35 @@ def applies(film, name):
     return next(row["applies"] for row in film.plan if row["name"] == name)
 
 
-@pytest.mark.parametrize("name", EXACT)
-def test_an_exact_pruning_changes_no_bit(planned, name):
-    chosen = [(s, settings, film) for s, settings, film in planned if applies(film, name)]
-    assert chosen
-    for s, settings, film in chosen:
-        whole = trace(s, replace(settings, keep=frozenset({name})))
-        assert not applies(whole, name)
-        same(whole, film)
+def test_each_exact_pruning_has_a_way_to_do_without_it():
+    assert {p.name for p in PRUNINGS if p.kind in ("exact", "exact if")} - ELSEWHERE <= {*EXACT}
 
 
-def test_all_exact_prunings_together_change_no_bit(planned):
+@pytest.mark.parametrize("name", sorted({*EXACT} - {"screen-space"}))  # no scene here has a raster
+def test_what_is_left_out_changes_no_bit(planned, name):
     for s, settings, film in planned:
-        whole = trace(s, replace(settings, keep=frozenset(EXACT)))
-        assert not any(applies(whole, name) for name in EXACT)
-        same(whole, film)
+        with without(name):
+            same(trace(s, settings), film)
+
+
+def test_all_that_is_left_out_changes_no_bit(planned):
+    for s, settings, film in planned:
+        with without(*sorted({*EXACT} - {"screen-space"})):
+            same(trace(s, settings), film)
+
+
+def test_each_exact_pruning_applies_somewhere(planned):
+    for pruning in PRUNINGS:
+        if pruning.name not in ELSEWHERE and "exact" in pruning.kind:
+            assert any(applies(film, pruning.name) for _, _, film in planned), pruning.name
 
 
 def test_what_is_kept_is_done(planned):
     """Rays that are otherwise left out are traced: the tests above compare something."""
-    film = planned[0][2]
-    for keep, kind in (({"unlit"}, "shadow"), ({"reflection", "secondary", "weightless"}, "reflected")):
-        whole = trace(planned[0][0], replace(planned[0][1], keep=frozenset(keep)))
-        assert whole.rays[kind] > film.rays[kind]
+    scene, settings, film = planned[0]
+    for names, kind in ((["unlit"], "shadow"), (["reflection", "secondary", "weightless"], "reflected")):
+        with without(*names):
+            assert trace(scene, settings).rays[kind] > film.rays[kind]
 
 
 def test_pixels_outside_of_the_mask_change_no_bit(build):
@@ -157,7 +163,8 @@ def test_pixels_outside_of_the_mask_change_no_bit(build):
 def test_an_empty_mask_needs_no_scene(build, monkeypatch):
     s = build.scene((build.icosphere(2), build.mirror(0.5)), lights=(LAMP,), world=World((0.2, 0.3, 0.4)))
     mask = np.zeros((16, 16), np.float32)
-    whole = trace(s, replace(ALL, camera_sees="RAY_TRACED", keep=frozenset({"empty-mask"})), mask)
+    with without("empty-mask"):
+        whole = trace(s, replace(ALL, camera_sees="RAY_TRACED"), mask)
     assert not applies(whole, "empty-mask")
     monkeypatch.setattr(embree.TriangleScene, "_commit", lambda self: pytest.fail("a tree was built"))
     film = trace(s, replace(ALL, camera_sees="RAY_TRACED"), mask)
@@ -176,8 +183,9 @@ def test_a_light_is_left_out_only_if_all_is_behind_it(build, kind, height):
     light = area if kind == "area" else SpotLight("spot", place, (9, 9, 9), cos_cone=0.0)
     s = build.scene((wall, build.matte()), lights=(light,))
     film = trace(s, ALL)
-    same(trace(s, replace(ALL, keep=frozenset({"far-lights"}))), film)
-    assert applies(film, "far-lights") == (height < 0)
+    with without("far-lights"):
+        same(trace(s, ALL), film)
+    assert ("lights" in reasons(film)) == (height < 0)
 
 
 @pytest.mark.parametrize("distance", [4.9, 5.0, 5.001, 5.1])
@@ -186,14 +194,23 @@ def test_a_light_is_left_out_only_beyond_its_range(build, distance):
     floor = build.quad([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
     s = build.scene((floor, build.matte()), lights=(replace(LAMP, position=(0, 0, distance), range=5.0),))
     film = trace(s, ALL)
-    same(trace(s, replace(ALL, keep=frozenset({"far-lights"}))), film)
-    assert applies(film, "far-lights") == (distance > 5)
+    with without("far-lights"):
+        same(trace(s, ALL), film)
+    assert ("lights" in reasons(film)) == (distance > 5)
     assert film.radiance.any() == (distance < 5)
 
 
-def test_a_pruning_that_is_none_is_refused(build):
-    with pytest.raises(ValueError, match="no pruning is called 'nothing'"):
-        trace(build.scene(), replace(ALL, keep=frozenset({"nothing"})))
+def test_a_plan_does_not_change_once_it_is_made(build):
+    plan = describe(build.scene((build.box(), build.matte())), ALL)
+    with pytest.raises(FrozenInstanceError):
+        plan.shadows = True
+    with pytest.raises(TypeError):
+        plan.applies["unlit"] = False
+    with pytest.raises(TypeError):
+        plan.saved["unlit"] = 1
+    other = plan.with_unchanged({"triangles prepared": 7}, 7)
+    assert other.applies["unchanged"] and not plan.applies.get("unchanged")
+    assert len(other.skipped) == len(plan.skipped) + 1
 
 
 def test_the_manual_shows_the_table():
@@ -213,10 +230,12 @@ def test_the_plan_says_how_much_was_left_out(build):
     saved = {row["name"]: row["saved"] for row in trace(scene, how, mask).plan}
     assert saved["unmasked"] == 12 * 32
     assert saved["unlit"] + saved["any-hit"] == 2 * 12 * 32 == 2 * saved["any-hit"]
-    assert saved["emission"] == 1 and saved["cutoff"] is None
-    assert saved["reflection"] == 1 and saved["weightless"] is None  # no ray reaches the glass
-    both = {row["name"]: row for row in trace(scene, replace(how, keep=frozenset({"unlit"})), mask).plan}
-    assert both["unlit"]["saved"] is None and both["unlit"]["unit"] == "rays"
+    assert saved["cutoff"] is None
+    film = trace(scene, how, mask)
+    counts = {entry["what"]: entry["count"] for entry in film.skipped}
+    assert counts["emission"] == counts["reflected rays"] == 1  # no ray reaches the glass
+    with without("unlit"):
+        assert trace(scene, how, mask).rays["shadow"] == film.rays["shadow"] + saved["unlit"]
 
 
 def test_each_shadow_ray_is_answered_by_any_hit_or_walked(build, monkeypatch):

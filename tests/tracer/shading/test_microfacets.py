@@ -7,9 +7,12 @@ import pytest
 
 from hybrid_addon.scene import Plane, Scene, Settings, Sphere, Surface, Texture, World
 from hybrid_addon.tracer import trace
+from hybrid_addon.tracer.core.constants import MICROFACET_TRIES
+from hybrid_addon.tracer.core.sampler import Sampler, pixel_keys
 from hybrid_addon.tracer.materials.principled import albedos, masking
-from hybrid_addon.tracer.shading.microfacets import visible_normal
+from hybrid_addon.tracer.shading.microfacets import _microfacets, visible_normal
 from hybrid_addon.tracer.shading.scattering import reflect
+from tests.tracer.unpruned import without
 
 SETTINGS = Settings(samples=16, camera_sees="RAY_TRACED", threads=1, rough_samples=4, max_depth=12)
 WHITE = World((1, 1, 1))
@@ -69,6 +72,55 @@ def test_what_passes_other_microfacets_is_the_albedo_of_the_lobe():
     wi = reflect(wo, visible_normal(wo, up, np.full(n, alpha, np.float32), square))
     passed = np.where(wi[2] > 0, masking(np.maximum(wi[2], 1e-6), np.float32(alpha)), 0).mean()
     assert passed == pytest.approx(albedos(np.array([0.6]), np.array([0.5]))[:2].sum(), abs=0.01)
+
+
+@pytest.mark.parametrize("drawn_again", [False, True])
+@pytest.mark.parametrize(("cosine", "alpha"), [(0.9, 0.25), (0.4, 0.5), (0.3, 0.9)])
+def test_a_lobe_is_distributed_as_its_density_says(cosine, alpha, drawn_again):
+    """Chi-square of the directions that leave, in cells of cosine and angle.
+
+    The density is D(h) G1(wo) max(0, wo.h) / (wo.n) / (4 wo.h), and times G1(wi), made 1 in all, where what other
+    microfacets catch is drawn again, four times at most.
+    """
+    n, tries = 1 << 17, MICROFACET_TRIES if drawn_again else 1
+    wo = np.array([np.sqrt(1 - cosine**2), 0, cosine], np.float32)[:, None]
+    up = np.array([0, 0, 1], np.float32)[:, None]
+    sampler = Sampler(pixel_keys(np.arange(n), np.zeros(n, int), 0), 0, 1)
+    draws = sampler.draws(np.arange(n), np.zeros((1, n), np.uint32))
+    ways, ups = np.repeat(wo, n, 1), np.repeat(up, n, 1)
+    h = _microfacets(ways, ups, np.full(n, alpha, np.float32), np.full(n, drawn_again), draws)
+    wi = reflect(ways, h).astype(float)
+
+    def cell(w):
+        """One of 12 x 16 cells of the upper half, and one for all below."""
+        z, turn = np.clip(w[2], -1, 1 - 1e-9), np.arctan2(w[1], w[0]) / (2 * np.pi) % 1
+        return np.where(
+            z <= 0, 192, np.minimum(np.maximum(z, 0) * 12, 11).astype(int) * 16 + (turn * 16).astype(int) % 16
+        )
+
+    found = np.bincount(cell(wi), minlength=193)
+    # The density over directions wi, on a fine grid whose steps divide the cells; what is below is the rest.
+    z, turn = (np.arange(12 * 80) + 0.5) / (12 * 80), (np.arange(16 * 80) + 0.5) / (16 * 80) * 2 * np.pi
+    sin = np.sqrt(1 - z**2)[:, None]
+    fine = np.stack([sin * np.cos(turn), sin * np.sin(turn), np.repeat(z[:, None], len(turn), 1)]).reshape(3, -1)
+    half = fine + wo
+    half /= np.sqrt((half * half).sum(0))
+    t = half[2] ** 2 * (alpha**2 - 1) + 1
+    g1 = masking(np.array([cosine]), alpha)[0]
+    density = alpha**2 / (np.pi * t * t) * g1 / cosine / 4  # wo.h cancels
+    share = density * 2 * np.pi / fine.shape[1]
+    passes = share * masking(fine[2], alpha)
+    caught = 1 - passes.sum()
+    # All but the last try keep what passes; the last keeps everything.
+    first = passes * sum(caught**k for k in range(tries - 1))
+    expected = np.bincount(cell(fine), first + share * caught ** (tries - 1), minlength=193)
+    expected[192] = 1 - expected[:192].sum()
+    expected *= n
+    used = expected > 20
+    chi2 = ((found - expected)[used] ** 2 / expected[used]).sum()
+    freedom = np.count_nonzero(used) - 1
+    assert freedom > 30
+    assert chi2 < freedom + 5 * np.sqrt(2 * freedom), (chi2, freedom)
 
 
 # ------------------------------------------------------------------------------------------------ energy
@@ -151,7 +203,8 @@ def test_chunks_and_threads_change_no_bit(build):
 def test_smooth_surfaces_are_not_touched(build):
     scene = ball(build, metal(0.0), half_bright())
     on, off = (trace(scene, replace(SETTINGS, rough_samples=n)) for n in (4, 0))
-    cache = trace(scene, replace(SETTINGS, keep=frozenset({"roughness"})))
+    with without("roughness"):
+        cache = trace(scene, SETTINGS)
     np.testing.assert_array_equal(on.radiance, off.radiance)
     np.testing.assert_array_equal(cache.radiance, off.radiance)
     assert {row["name"]: row["applies"] for row in on.plan}["roughness"]

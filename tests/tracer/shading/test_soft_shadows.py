@@ -99,6 +99,24 @@ def test_a_penumbra_has_its_closed_form(build, light):
     np.testing.assert_allclose(got[..., 0].mean(0), expected, atol=0.025)
 
 
+def test_a_penumbra_close_to_a_ball_is_that_of_its_cone(build):
+    """A ball of radius r at distance d fills a cone of sine r / d: a disk of radius r d / sqrt(d^2 - r^2)."""
+    r, height, edge = 0.6, 1.0, 0.3
+    ball = PointLight("ball", (0, 0, height), (9, 9, 9), radius=r, soft_falloff=False)
+    scene = edge_scene(build, ball, edge)
+    scene = replace(scene, camera=replace(scene.camera, view_plane=(-0.1, 0.1, -0.00625, 0.00625)))
+    quality = Settings(samples=256, filter_radius=0.0, threads=1)
+    plain = replace(scene, lights=(replace(ball, cast_shadow=False),))
+    got = trace(scene, quality).radiance / trace(plain, quality).radiance
+    x = (np.arange(64) + 0.5 - 32) / 64
+    sine = r / np.sqrt(x * x + height**2)
+    # Seen from (x, 0, 0) the edge is as far from the ball's middle, in tangents, as these angles differ.
+    t = np.clip(np.tan(np.arctan(x / height) - np.arctan(x / edge)) * np.sqrt(1 - sine**2) / sine, -1, 1)
+    expected = 0.5 + (t * np.sqrt(1 - t * t) + np.arcsin(t)) / np.pi
+    assert ((0.02 < expected) & (expected < 0.98)).sum() > 20
+    np.testing.assert_allclose(got[..., 0].mean(0), expected, atol=0.02)
+
+
 def _facing(x, d):
     """Where the plane through (x, 0, 0) and the edge (0, *, 1) meets the disk about (0, 0, 2) that faces (x, 0, 0)."""
     across = np.stack([np.full_like(x, 2.0), x]) / d  # in the disk, towards +x: perpendicular to (-x, 2)
