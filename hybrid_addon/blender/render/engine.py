@@ -20,7 +20,7 @@ from ...report.ended import ended_warnings
 from ...report.frame import frame_report
 from ...scene import Film, Float32, Raster
 from .. import view_layers
-from ..pipeline import eevee_shadows, evaluated, scene_setup
+from ..pipeline import compositor_setup, eevee_shadows, evaluated, scene_setup
 from . import abort, caches, eevee_half, results, retrace
 from .settings import public_settings, tracer_settings
 
@@ -204,8 +204,6 @@ def budget_warnings(scene: bpy.types.Scene, timing: dict[str, dict[str, float]],
 
 def scene_warnings(scene: bpy.types.Scene) -> list[str]:
     """What the pipeline itself cannot do in this scene."""
-    from ..pipeline import nodes
-
     warnings, settings = [], scene.hybrid
     source = scene_setup.source_layer(scene)
     others = [
@@ -215,7 +213,7 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
     ]
     if others:
         warnings.append(f"only view layer '{source.name}' is hybrid; drawn by EEVEE alone: {', '.join(others)}")
-    if nodes.feeds_nothing(scene, source):
+    if compositor_setup.feeds_nothing(scene, source):
         warnings.append(f"the compositor does not use view layer '{source.name}': the ray traced half does not show")
     if settings.traced_shadows != "OFF" and settings.caustics == "PHOTONS" and settings.mode == "FULL":
         warnings.append("Photons light what EEVEE draws, and in mode Full it draws nothing: use Simple caustics there")
