@@ -39,8 +39,8 @@ FLOORS = {
         {"integrator"}, {"sampling"}, {"catcher"}, {"render"},
     ),
     "blender": (
-        {"errors", "flags", "view_layers"}, {"files"}, {"sync"}, {"pipeline"}, {"render"}, {"preview", "scan"}, {"api"},
-        {"ui", "measure"}, {"cli", "handlers"}, {"registration"}, {"standalone"},
+        {"errors", "flags", "view_layers"}, {"files"}, {"sync"}, {"session"}, {"pipeline"}, {"render"},
+        {"preview", "scan"}, {"api"}, {"ui", "measure"}, {"cli", "handlers"}, {"registration"}, {"standalone"},
     ),
 }  # fmt: skip
 

@@ -14,9 +14,10 @@ from ..presets import QUALITY
 from ..report.frame import frame_report
 from ..scene import Float32
 from ..settings_table import RENDER, RETRACE, SURFACE, Setting, checked, described
+from . import session
 from .errors import HybridError
 from .pipeline import opengl, scene_setup
-from .render import caches, engine, images, results
+from .render import engine, images
 from .render import retrace as again
 from .render.settings import public_settings
 from .scan import advise, explain, plan
@@ -30,10 +31,9 @@ enable = scene_setup.enable
 
 
 def disable(scene: bpy.types.Scene) -> None:
-    """Switch hybrid rendering off; the scene is then as it was before `enable`, and nothing of it is kept."""
+    """Switch hybrid rendering off; the scene is then as it was before `enable`; nothing is kept for a next render."""
     scene_setup.disable(scene)
-    caches.forget()
-    again.forget()
+    session.of(scene.name).release()
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +153,8 @@ def _rendered(scene: bpy.types.Scene) -> HybridResult:
         bpy.ops.render.render(scene=scene.name)
     except RuntimeError as error:
         raise _reason(scene, str(error)) from error
-    if results.errors.get(scene.name):
-        raise HybridError(results.errors[scene.name])
+    if session.of(scene.name).error:
+        raise HybridError(session.of(scene.name).error)
     return _collect(scene)
 
 
@@ -245,10 +245,10 @@ def _collect(scene: bpy.types.Scene) -> HybridResult:
     if image is None:
         raise RuntimeError("Blender's render gave no composite: it was cancelled")
     height, width = image.shape[:2]
-    frame = results.frames.get(scene.name)
+    frame = session.of(scene.name).frame
     if frame is None:  # RASTER mode, or nothing ray traced: the tracer was never called
         report = _raster_report(scene, (width, height))
-        results.reports[scene.name] = report
+        session.of(scene.name).report = report
         empty = np.zeros((height, width), np.float32)
         return HybridResult(image, image, empty, np.zeros_like(image), report)
     mask, traced = (_place(part, frame.window, (height, width)) for part in (frame.mask, frame.traced))
@@ -268,7 +268,7 @@ def _place(part: Float32, window: tuple[int, int, int, int], size: tuple[int, in
 
 
 def _raster_report(scene: bpy.types.Scene, resolution: tuple[int, int]) -> dict[str, Any]:
-    timing = results.since_start(scene.name)
+    timing = session.of(scene.name).since_start()
     nothing_flagged = scene.hybrid.mode == "HYBRID"
     return frame_report(
         versions=engine.versions(),
@@ -288,7 +288,7 @@ def _raster_report(scene: bpy.types.Scene, resolution: tuple[int, int]) -> dict[
 
 def _reason(scene: bpy.types.Scene, message: str) -> Exception:
     """The engine's own line if it has one, else Blender's first."""
-    known = results.errors.get(scene.name)
+    known = session.of(scene.name).error
     if known:
         return HybridError(known)
     return RuntimeError(message.strip().splitlines()[0].removeprefix("Error: "))

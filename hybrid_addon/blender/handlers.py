@@ -9,10 +9,10 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import preview
+from . import preview, session
 from .pipeline import eevee_shadows, note, scene_setup
 from .pipeline.fingerprint import Fingerprint, fingerprint
-from .render import caches, images, results, retrace
+from .render import images, retrace
 from .ui import defaults
 
 _undone: Fingerprint | None = None
@@ -124,9 +124,8 @@ def _on_loaded(*_args: Any) -> None:
     _undone = _again = None
     defaults.pin(bpy.data.scenes)
     note.take_back()
-    caches.forget()
+    session.forget()
     preview.forget()
-    retrace.forget()
     scene_setup.sync_all()
     if bpy.app.background and any(scene_setup.is_active(scene) for scene in bpy.data.scenes):
         images.ensure_render_result()
@@ -173,12 +172,12 @@ def _evaluated(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 
 @persistent
 def _frame_begins(scene: bpy.types.Scene, *_args: Any) -> None:
-    results.start(scene.name)
+    session.begin_frame(scene.name)
 
 
 @persistent
 def _frame_ends(scene: bpy.types.Scene, *_args: Any) -> None:
-    results.finish(scene.name)
+    session.of(scene.name).end_frame()
 
 
 @persistent

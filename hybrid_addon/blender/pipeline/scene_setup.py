@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import bpy
 
+from .. import session
 from ..errors import HybridError
 from ..flags import Flags
 from ..view_layers import SOURCE_MARK, copy_evaluation, mask_layer, set_, source_layer, sync_mask_layer
@@ -28,8 +29,6 @@ TRACE_LAYER = "Traced"
 ENGINE = "HYBRID_TRACER"
 COLLECTION_MARK = "hybrid_collection"  # custom property on our collections
 
-retraced: set[str] = set()
-"""Names of scenes whose next render takes EEVEE's half from the last one (retrace.py)."""
 TRACE_MARK = "hybrid_trace"  # and on our scenes: a user may choose our engine for his own
 
 
@@ -219,7 +218,8 @@ def sync(scene: bpy.types.Scene) -> None:
         collection = _sync_collection(scene)
         mask = sync_mask_layer(scene, source, collection, depth=needs_raster(scene), albedo=needs_albedo(scene))
         trace = _sync_trace_scene(scene)
-        compositor_setup.sync(scene, source, mask, trace, "RETRACE" if scene.name in retraced else mode, restore)
+        drawn = "RETRACE" if session.of(scene.name).retracing else mode
+        compositor_setup.sync(scene, source, mask, trace, drawn, restore)
         _sync_compositor(scene, restore)
         set_(mask, "use", mode == "HYBRID")
         set_(source, "use", compositor_setup.needs_source(scene, source, mode) or mode == "FULL")

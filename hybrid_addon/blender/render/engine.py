@@ -19,9 +19,10 @@ from ...clock import Clock
 from ...report.ended import ended_warnings
 from ...report.frame import frame_report
 from ...scene import Film, Float32, Raster
-from .. import view_layers
+from .. import session, view_layers
 from ..pipeline import compositor_setup, eevee_shadows, evaluated, scene_setup
-from . import abort, caches, eevee_half, results, retrace
+from ..session import Frame
+from . import abort, eevee_half, retrace
 from .settings import public_settings, tracer_settings
 
 Progress = Callable[[str, float], bool]
@@ -65,7 +66,7 @@ class HybridTracer(bpy.types.RenderEngine):
         if scene is None:
             self._fail("", f"scene '{depsgraph.scene.name}' {USE_EEVEE}")
             return
-        if results.current == depsgraph.scene.name:
+        if session.asked_for == depsgraph.scene.name:
             self._fail(scene.name, f"'{depsgraph.scene.name}' is the add-on's own scene: render '{scene.name}' instead")
             return
         try:
@@ -82,7 +83,7 @@ class HybridTracer(bpy.types.RenderEngine):
             window = _window(scene, resolution, (target.resolution_x, target.resolution_y))
             frame, film = trace_frame(scene, depsgraph, resolution, window, self._progress)
             _deliver(target, frame, film)
-            results.traced(scene.name, frame)
+            session.of(scene.name).deliver(frame)
             delivered = True
         except Cancelled:
             pass
@@ -103,7 +104,7 @@ class HybridTracer(bpy.types.RenderEngine):
         return not self.test_break()
 
     def _fail(self, scene: str, message: str) -> None:
-        results.errors[scene] = message
+        session.of(scene).error = message
         self.report({"ERROR"}, f"Hybrid: {message}")
         self.error_set(f"Hybrid: {message}")
         abort.plain_render()
@@ -115,13 +116,14 @@ def trace_frame(
     resolution: tuple[int, int],
     window: Window,
     progress: Progress,
-) -> tuple[results.Frame, Film]:
+) -> tuple[Frame, Film]:
     """Read the mask, translate, trace, premultiply: everything between EEVEE and the compositor."""
     from ...compositor import light_up, premultiply, shade
     from ...tracer import trace
     from ..sync import translate
 
-    timing = {"raster": results.since_start(scene.name)}
+    own = session.of(scene.name)
+    timing = {"raster": own.since_start()}
     mode = scene.hybrid.mode
 
     clock = Clock()
@@ -136,7 +138,7 @@ def trace_frame(
         held = retrace.hold(scene, window, drawn, mask, depth, albedo)
     timing["mask read"] = clock.read()
 
-    clock, left = Clock(), caches.of(scene.name)
+    clock, left = Clock(), session.caches_of(scene.name)
     translation = _stage(
         progress, "Translating the scene", translate, depsgraph, scene, resolution, window,
         light_falloff=scene.hybrid.light_falloff, kept=left.meshes,
@@ -152,9 +154,9 @@ def trace_frame(
 
     settings = tracer_settings(scene)
     _going_on(progress, "Building")
-    deadline = results.deadline(scene.name, scene.hybrid.time_budget, (window[2] - window[0]) * (window[3] - window[1]))
+    deadline = own.deadline(scene.hybrid.time_budget, (window[2] - window[0]) * (window[3] - window[1]))
     film = trace(traced_scene, settings, mask, lambda fraction: progress("Tracing", fraction), deadline, left.trees)
-    results.sampled(scene.name, film.time["develop"]["wall"])
+    own.sampled(film.time["develop"]["wall"])
     mask = film.coverage if mask is None else mask
     traced = premultiply(film.radiance, mask)
     if drawn is not None and film.shadow is not None:
@@ -180,7 +182,7 @@ def trace_frame(
         ],
         skipped=[*notes, *left.skipped()],
     )
-    return results.Frame(window, drawn, mask, traced, report, data_passes(scene, film, mask)), film
+    return Frame(window, drawn, mask, traced, report, data_passes(scene, film, mask)), film
 
 
 def budget_warnings(scene: bpy.types.Scene, timing: dict[str, dict[str, float]], film: Film) -> list[str]:
@@ -191,7 +193,7 @@ def budget_warnings(scene: bpy.types.Scene, timing: dict[str, dict[str, float]],
     if budget < eevee and scene.hybrid.mode != "FULL":
         return [f"EEVEE alone took {eevee:.1f} s of the time budget of {budget:g} s: lower its samples"]
     others = {name: clock["wall"] for name, clock in timing.items() if name != "raster"}
-    ready, spent = sum(others.values()) + film.time["build"]["wall"], results.since_start(scene.name)["wall"]
+    ready, spent = sum(others.values()) + film.time["build"]["wall"], session.of(scene.name).since_start()["wall"]
     if spent > budget:
         return [
             f"the frame took {spent:.2f} s, over its time budget of {budget:g} s: before the tracer {eevee:.2f} s, "
@@ -272,7 +274,7 @@ def pass_name(name: str) -> str:
     return name.title().replace("_", "-")
 
 
-def _deliver(target: bpy.types.RenderResult, frame: results.Frame, film: Film) -> None:
+def _deliver(target: bpy.types.RenderResult, frame: Frame, film: Film) -> None:
     passes = target.layers[0].passes
     if frame.raster is not None:
         passes[retrace.PASS].rect.foreach_set(frame.raster.ravel())

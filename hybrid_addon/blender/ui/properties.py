@@ -10,9 +10,8 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 from bpy.types import Collection, Context, Material, Object, PropertyGroup, Scene
 
 from ...settings_table import SCENE, SURFACE, Setting
-from .. import preview
+from .. import preview, session
 from ..pipeline import scene_setup
-from ..render import caches, retrace
 from . import defaults, insets
 
 
@@ -32,9 +31,8 @@ def _enabled_changed(settings: "HybridSceneSettings", context: Context) -> None:
     defaults.stamp(settings.id_data)
     _scene_changed(settings, context)
     if not settings.enabled and not bpy.app.background:  # there `render` switches it on and off again for each frame
-        caches.forget()
+        session.of(settings.id_data.name).release()
         preview.forget()
-        retrace.forget()
 
 
 def _scene_changed(settings: "HybridSceneSettings", _context: Context) -> None:
