@@ -19,11 +19,13 @@ def add(parser: argparse.ArgumentParser, settings: Iterable[Setting]) -> None:
         if setting.kind == "BOOL":
             parser.add_argument(flag, action=argparse.BooleanOptionalAction, help=setting.flag)
         elif setting.kind == "ENUM":
-            choices = [key.lower() for key in setting.keys]
-            parser.add_argument(flag, choices=choices, help=setting.flag, **_tick(setting, 1))
-            if setting.tick:
-                no = _tick(setting, 0)["const"]
-                parser.add_argument(f"--no-{flag[2:]}", action="store_const", const=no, dest=setting.name, help=no)
+            keys = [key.lower() for key in setting.keys]
+            if setting.tick:  # the flag alone is On, and with `no-` before it Off
+                off, on = (key.lower() for key in setting.tick)
+                parser.add_argument(flag, nargs="?", const=on, choices=keys, help=setting.flag)
+                parser.add_argument(f"--no-{flag[2:]}", action="store_const", const=off, dest=setting.name, help=off)
+            else:
+                parser.add_argument(flag, choices=keys, help=setting.flag)
         else:
             parser.add_argument(flag, metavar=_metavar(setting), type=value_of(setting.name), help=setting.flag)
 
@@ -42,8 +44,3 @@ def given(settings: Iterable[Setting], arguments: argparse.Namespace) -> dict[st
 
 def _metavar(setting: Setting) -> str:
     return UNITS.get(setting.unit or "", "N" if setting.kind == "INT" else "X")
-
-
-def _tick(setting: Setting, on: int) -> dict[str, Any]:
-    """Of what was a tick once: the flag alone is On, and with `no-` before it Off."""
-    return {"nargs": "?", "const": setting.tick[on].lower()} if setting.tick else {}
