@@ -40,7 +40,7 @@ ACTIONS = [a for a in actions.ACTIONS if not os.environ.get("PLAIN") or a not in
 def check() -> None:
     """What must hold after every step, once the add-on had its turn."""
     handlers._tick()
-    while handlers._again is not None:
+    while handlers._history.again is not None:
         handlers._tick()
     scenes = actions.own_scenes()
     traces = [s for s in bpy.data.scenes if scene_setup.is_trace_scene(s) and s.library is None]
