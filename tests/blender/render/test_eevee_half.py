@@ -152,7 +152,7 @@ def test_only_who_asks_for_it_pays_for_the_depth(rendered):
 
 def test_the_plan_knows_of_it(rendered):
     def left_out():
-        (row,) = [row for row in hybrid.plan(rendered.scene)["prunings"] if row["name"] == "backing"]
+        (row,) = [row for row in hybrid.plan(rendered.scene)["prunings"] if row["name"] == "screen_space"]
         return row["applies"]
 
     assert not left_out()
