@@ -14,7 +14,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "hybrid_addon"
-PURE = ("clock", "scene", "expressions", "procedural", "tracer", "compositor", "report", "measure")
+PURE = ("clock", "scene", "settings_table", "expressions", "procedural", "tracer", "compositor", "report", "measure")
 LONGEST_FILE = 350
 BLENDER_MODULES = ("bpy", "mathutils", "gpu", "bmesh", "bl_ui", "bpy_extras", "addon_utils")
 
@@ -39,8 +39,8 @@ FLOORS = {
         {"integrator"}, {"sampling"}, {"catcher"}, {"render"},
     ),
     "blender": (
-        {"errors", "flags", "view_layers"}, {"files"}, {"sync"}, {"pipeline"}, {"render"}, {"preview", "scan"}, {"api"},
-        {"ui", "measure"}, {"cli", "handlers"}, {"registration"}, {"standalone"},
+        {"errors", "flags", "view_layers"}, {"files"}, {"sync"}, {"session"}, {"pipeline"}, {"render"},
+        {"preview", "scan"}, {"api"}, {"ui", "measure"}, {"cli", "handlers"}, {"registration"}, {"standalone"},
     ),
 }  # fmt: skip
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from inspect import signature
 from typing import Any
 
 import bpy
@@ -14,9 +13,11 @@ import numpy as np
 from ..presets import QUALITY
 from ..report.frame import frame_report
 from ..scene import Float32
+from ..settings_table import RENDER, RETRACE, SURFACE, Setting, checked, described
+from . import session
 from .errors import HybridError
 from .pipeline import opengl, scene_setup
-from .render import caches, engine, images, results
+from .render import engine, images
 from .render import retrace as again
 from .render.settings import public_settings
 from .scan import advise, explain, plan
@@ -30,10 +31,9 @@ enable = scene_setup.enable
 
 
 def disable(scene: bpy.types.Scene) -> None:
-    """Switch hybrid rendering off; the scene is then as it was before `enable`, and nothing of it is kept."""
+    """Switch hybrid rendering off; the scene is then as it was before `enable`; nothing is kept for a next render."""
     scene_setup.disable(scene)
-    caches.forget()
-    again.forget()
+    session.of(scene.name).release()
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,12 +73,9 @@ def mark(
         raise HybridError(f"'{obj.name}' is a {obj.type.lower()}: only objects with a surface can be ray traced")
     if obj.library is not None:
         raise HybridError(f"'{obj.name}' is linked from {obj.library.filepath}: make a library override first")
-    values = {"reflectivity": reflectivity, "opacity": opacity, "ior": ior}
+    values = _given(SURFACE, {"reflectivity": reflectivity, "opacity": opacity, "ior": ior}, "mark()")
     for name, value in values.items():
-        _check_value(name, value)
-    for name, value in values.items():
-        if value is not None:
-            setattr(obj.hybrid, name, value)
+        setattr(obj.hybrid, name, value)
     obj.hybrid.ray_traced = True
 
 
@@ -90,65 +87,27 @@ def unmark(obj: bpy.types.Object) -> None:
 GEOMETRY = {"MESH", "CURVE", "SURFACE", "FONT", "EMPTY"}  # an empty may show a collection
 
 
-def _check_value(name: str, value: float | None) -> None:
-    low, high = (1e-6, 1e6) if name == "ior" else (0.0, 1.0)
-    if value is not None and not low <= value <= high:  # also refuses NaN
-        raise HybridError(f"{name} is {value}: it must lie between {low:g} and {high:g}")
-
-
 def render(
     scene: bpy.types.Scene | None = None,
     *,
     frame: int | None = None,
     mode: str | None = None,
     preset: str | None = None,
-    samples: int | None = None,
-    max_depth: int | None = None,
-    cutoff: float | None = None,
-    adaptive: float | None = None,
-    time_budget: float | None = None,
-    shadow_samples: int | None = None,
-    rough_samples: int | None = None,
-    occlusion_samples: int | None = None,
-    occlusion_distance: float | None = None,
-    traced_shadows: str | bool | None = None,
-    caustics: str | None = None,
-    photons: int | None = None,
-    raster_backed: bool | None = None,
-    light_falloff: str | None = None,
     resolution: tuple[int, int] | None = None,
-    threads: int | None = None,
     camera: bpy.types.Object | None = None,
+    **settings: Any,
 ) -> HybridResult:
     """Render one frame through Blender's own pipeline, exactly as F12 does, and return it.
 
     What is given overrides the scene's setting for this render only; a scene that is not enabled is for its duration.
-    mode: "hybrid", "raster" or "full". preset: "draft", "final" or "reference"; values beside it win. traced_shadows:
-    "auto", "off" or "on"; True is on, False off. camera: instead of the scene's and its markers'. Raises HybridError
-    (one line) for what cannot be rendered, RuntimeError if the render itself failed or was cancelled.
+    mode: "hybrid", "raster" or "full". preset: "draft", "final" or "reference"; settings beside it win. resolution:
+    (width, height) in pixels. camera: instead of the scene's and its markers'. settings: of `scene.hybrid`, by name, as
+    listed below; True and False for traced_shadows are "on" and "off". Raises HybridError (one line) for what cannot be
+    rendered and for a value out of range, TypeError for a setting that there is not, RuntimeError if the render itself
+    failed or was cancelled.
     """
     scene = scene or bpy.context.scene
-    overrides = {
-        **quality(preset),
-        **_given(
-            samples=samples,
-            max_depth=max_depth,
-            cutoff=cutoff,
-            adaptive=adaptive,
-            time_budget=time_budget,
-            shadow_samples=shadow_samples,
-            rough_samples=rough_samples,
-            occlusion_samples=occlusion_samples,
-            occlusion_distance=occlusion_distance,
-            traced_shadows=traced_shadows,
-            photons=photons,
-            raster_backed=raster_backed,
-            mode=mode,
-            caustics=caustics,
-            light_falloff=light_falloff,
-            threads=threads,
-        ),
-    }
+    overrides = {**quality(preset), **_given(RENDER, {"mode": mode, **settings}, "render()")}
     with _seen_by(scene, camera), _overridden(scene, overrides, frame, resolution):
         check(scene)
         return _rendered(scene)
@@ -170,22 +129,22 @@ def retrace(
     anything else now; TypeError for a setting that there is not.
     """
     scene = scene or bpy.context.scene
-    odd = sorted(settings.keys() - (signature(render).parameters.keys() - {"mode", "frame"}))
-    if odd:
-        raise TypeError(f"retrace() has no setting {odd[0]!r}")
-    overrides = {**quality(preset), **_given(**settings)}
+    overrides = {**quality(preset), **_given(RETRACE, settings, "retrace()")}
     with _seen_by(scene, camera), _overridden(scene, overrides, again.frame_of(scene), resolution):
         scene.view_layers[0].update()  # so that what a script has just changed is told of
         with again.retracing(scene):
             return _rendered(scene)
 
 
-def _given(**settings: Any) -> dict[str, Any]:
-    """The settings that are not None; names of choices as properties have them."""
-    shadows = settings.get("traced_shadows")
-    if isinstance(shadows, bool):
-        settings["traced_shadows"] = "ON" if shadows else "OFF"
-    return {name: v.upper() if isinstance(v, str) else v for name, v in settings.items() if v is not None}
+def _given(settings: Collection[Setting], values: Mapping[str, Any], caller: str) -> dict[str, Any]:
+    """What is not None of the values, as properties take them; HybridError for one that cannot be."""
+    try:
+        return checked(settings, values, caller)
+    except ValueError as error:
+        raise HybridError(str(error)) from None
+
+
+render.__doc__ = f"{render.__doc__}\n{described(RENDER)}\n"
 
 
 def _rendered(scene: bpy.types.Scene) -> HybridResult:
@@ -194,8 +153,8 @@ def _rendered(scene: bpy.types.Scene) -> HybridResult:
         bpy.ops.render.render(scene=scene.name)
     except RuntimeError as error:
         raise _reason(scene, str(error)) from error
-    if results.errors.get(scene.name):
-        raise HybridError(results.errors[scene.name])
+    if session.of(scene.name).error:
+        raise HybridError(session.of(scene.name).error)
     return _collect(scene)
 
 
@@ -259,13 +218,8 @@ def _overridden(
     size = (b_render.resolution_x, b_render.resolution_y, b_render.resolution_percentage)
     frame_before, enabled = scene.frame_current, settings.enabled
     try:
-        for name in before:
-            try:
-                setattr(settings, name, values[name])
-            except TypeError as error:
-                raise HybridError(f"{name} is {values[name]!r}: {str(error).splitlines()[0]}") from error
-            if not _same(getattr(settings, name), values[name]):
-                raise HybridError(f"{name} is {values[name]!r}: it is out of range")
+        for name, value in values.items():
+            setattr(settings, name, value)
         if resolution is not None:
             b_render.resolution_x, b_render.resolution_y = resolution
             b_render.resolution_percentage = 100
@@ -285,21 +239,16 @@ def _overridden(
             scene.frame_set(frame_before)
 
 
-def _same(held: Any, given: Any) -> bool:
-    """Whether a property took the value as it is; Blender holds numbers in single precision."""
-    return bool(np.float32(held) == np.float32(given)) if isinstance(held, float) else bool(held == given)
-
-
 def _collect(scene: bpy.types.Scene) -> HybridResult:
     planes = images.read_render_result(scene)
     image = planes.get("Composite.Combined")
     if image is None:
         raise RuntimeError("Blender's render gave no composite: it was cancelled")
     height, width = image.shape[:2]
-    frame = results.frames.get(scene.name)
+    frame = session.of(scene.name).frame
     if frame is None:  # RASTER mode, or nothing ray traced: the tracer was never called
         report = _raster_report(scene, (width, height))
-        results.reports[scene.name] = report
+        session.of(scene.name).report = report
         empty = np.zeros((height, width), np.float32)
         return HybridResult(image, image, empty, np.zeros_like(image), report)
     mask, traced = (_place(part, frame.window, (height, width)) for part in (frame.mask, frame.traced))
@@ -319,7 +268,7 @@ def _place(part: Float32, window: tuple[int, int, int, int], size: tuple[int, in
 
 
 def _raster_report(scene: bpy.types.Scene, resolution: tuple[int, int]) -> dict[str, Any]:
-    timing = results.since_start(scene.name)
+    timing = session.of(scene.name).since_start()
     nothing_flagged = scene.hybrid.mode == "HYBRID"
     return frame_report(
         versions=engine.versions(),
@@ -339,7 +288,7 @@ def _raster_report(scene: bpy.types.Scene, resolution: tuple[int, int]) -> dict[
 
 def _reason(scene: bpy.types.Scene, message: str) -> Exception:
     """The engine's own line if it has one, else Blender's first."""
-    known = results.errors.get(scene.name)
+    known = session.of(scene.name).error
     if known:
         return HybridError(known)
     return RuntimeError(message.strip().splitlines()[0].removeprefix("Error: "))

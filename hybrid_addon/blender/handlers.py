@@ -4,20 +4,35 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import bpy
 from bpy.app.handlers import persistent
 
-from . import preview
+from . import preview, session
 from .pipeline import eevee_shadows, note, scene_setup
 from .pipeline.fingerprint import Fingerprint, fingerprint
-from .render import caches, images, results, retrace
+from .render import images, retrace
 from .ui import defaults
 
-_undone: Fingerprint | None = None
-_unfinished: deque[int] = deque(maxlen=1024)  # hashes of the fingerprints that a step of ours followed
-_again: Any = None  # the operator, undo or redo, that goes on
+
+@dataclass(eq=False)
+class _History:
+    """Where the user stands in Blender's undo history.
+
+    undone     : fingerprint of what an undo or redo has just brought back, until the user changes something.
+    unfinished : hashes of the fingerprints that a step of ours followed.
+    again      : the operator, undo or redo, that goes on.
+    """
+
+    undone: Fingerprint | None = None
+    unfinished: deque[int] = field(default_factory=partial(deque, maxlen=1024))
+    again: Any = None
+
+
+_history = _History()
 
 
 def _later() -> None:
@@ -36,22 +51,21 @@ def _tick() -> float | None:
     until the user changes something: our repair would be a step that he can never undo past. Undo and redo do not stop
     between the user's step and ours after it, where the picture would be wrong: they go on to the next one.
     """
-    global _undone, _again
     if bpy.app.is_job_running("RENDER"):
         return 0.5  # a render reads the scene on another thread: wait
     _leave_our_scenes()
-    if _again is not None:
-        operator, _again = _again, None
+    if _history.again is not None:
+        operator, _history.again = _history.again, None
         _in_window(operator)
         return None
     before = fingerprint()
-    if before == _undone:
+    if before == _history.undone:
         return None
-    _undone = None
+    _history.undone = None
     imported = note.take_back()
     scene_setup.sync_all()
     if fingerprint() != before:
-        _unfinished.append(hash(before))
+        _history.unfinished.append(hash(before))
         push_undo()
     elif imported:
         push_undo()
@@ -107,26 +121,23 @@ def _on_redone(*_args: Any) -> None:
 
 def _moved(operator: Any) -> None:
     """The user has gone one step through the history: leave it as it is, or go on if a step of ours is the next."""
-    global _undone, _again
     if bpy.app.background:
         scene_setup.sync_all()
         return
-    _undone = fingerprint()
-    _again = operator if hash(_undone) in _unfinished else None
-    if _again is not None:
+    _history.undone = fingerprint()
+    _history.again = operator if hash(_history.undone) in _history.unfinished else None
+    if _history.again is not None:
         _later()
 
 
 @persistent
 def _on_loaded(*_args: Any) -> None:
     """At once: Blender makes the first undo step of the new file after this."""
-    global _undone, _again
-    _undone = _again = None
+    _history.undone = _history.again = None
     defaults.pin(bpy.data.scenes)
     note.take_back()
-    caches.forget()
+    session.forget()
     preview.forget()
-    retrace.forget()
     scene_setup.sync_all()
     if bpy.app.background and any(scene_setup.is_active(scene) for scene in bpy.data.scenes):
         images.ensure_render_result()
@@ -173,12 +184,12 @@ def _evaluated(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 
 @persistent
 def _frame_begins(scene: bpy.types.Scene, *_args: Any) -> None:
-    results.start(scene.name)
+    session.begin_frame(scene.name)
 
 
 @persistent
 def _frame_ends(scene: bpy.types.Scene, *_args: Any) -> None:
-    results.finish(scene.name)
+    session.of(scene.name).end_frame()
 
 
 @persistent

@@ -6,9 +6,9 @@ import atexit
 
 import bpy
 
-from . import cli, handlers, preview
+from . import cli, handlers, preview, session
 from .pipeline import scene_setup
-from .render import caches, engine, main_thread, retrace
+from .render import engine, main_thread
 from .ui import advice, insets, operators, panels, picker, properties, translations
 
 _CLASSES = (
@@ -54,8 +54,7 @@ def unregister() -> None:
     cli.unregister()
     panels.unregister()
     insets.forget()
-    caches.forget()
-    retrace.forget()
+    session.forget()
     preview.unregister()
     main_thread.unregister()
     handlers.unregister()

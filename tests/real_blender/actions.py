@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from random import Random
 
 import bpy
-from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import layers, nodes, pipeline, results
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import session, view_layers
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.pipeline import nodes, scene_setup
 
 SURFACES = ["MIRROR", "GLASS", "WATER", "DIAMOND"]
 OWN_NODES = {"BLUR", "FLIP"}
@@ -28,7 +29,7 @@ def push(message: str) -> None:
 
 
 def own_scenes():
-    return [s for s in bpy.data.scenes if not pipeline.is_trace_scene(s) and s.library is None]
+    return [s for s in bpy.data.scenes if not scene_setup.is_trace_scene(s) and s.library is None]
 
 
 def pick(dice: Random) -> bpy.types.Object | None:
@@ -144,7 +145,7 @@ def move_to_collection(dice):
 
 def exclude(dice):
     children = bpy.context.view_layer.layer_collection.children
-    own = pipeline.own_collection(bpy.context.scene)
+    own = scene_setup.own_collection(bpy.context.scene)
     if layer := dice.choice([child for child in children if child.collection != own] or [None]):
         layer.exclude = not layer.exclude
         push("exclude")
@@ -171,7 +172,7 @@ def own_compositor(_dice):
 def spoil(dice):
     """What the add-on made is in reach of everybody: delete a part of it."""
     scene = bpy.context.scene
-    own, mask, tree = pipeline.own_collection(scene), layers.mask_layer(scene), nodes.compositor_tree(scene)
+    own, mask, tree = scene_setup.own_collection(scene), view_layers.mask_layer(scene), nodes.compositor_tree(scene)
     ours = [n for n in tree.nodes if nodes.role(n) or nodes.is_stand_in(n)] if tree else []
     what = dice.randrange(4)
     if what == 0 and own:
@@ -180,8 +181,8 @@ def spoil(dice):
         scene.view_layers.remove(mask)
     elif what == 2 and ours:
         tree.nodes.remove(dice.choice(ours))
-    elif what == 3 and pipeline.trace_scene(scene):
-        bpy.data.scenes.remove(pipeline.trace_scene(scene))
+    elif what == 3 and scene_setup.trace_scene(scene):
+        bpy.data.scenes.remove(scene_setup.trace_scene(scene))
     else:
         return
     push("spoil")
@@ -205,7 +206,12 @@ def render(_dice) -> Iterator[float]:
         handlers = getattr(bpy.app.handlers, name)
         if handler in handlers:
             handlers.remove(handler)
-    assert ended == ["render_complete"], (began, ended, bpy.app.is_job_running("RENDER"), results.errors)
+    assert ended == ["render_complete"], (
+        began,
+        ended,
+        bpy.app.is_job_running("RENDER"),
+        [own.error for own in session.everyone()],
+    )
 
 
 def save_and_reload(_dice):

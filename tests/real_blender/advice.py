@@ -11,7 +11,8 @@ import sys
 from pathlib import Path
 
 import bpy
-from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import advice, pipeline, ui
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.pipeline import scene_setup
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.ui import advice, panels
 
 sys.path.insert(0, os.path.dirname(__file__))
 import window as screen
@@ -66,7 +67,7 @@ def arrange() -> None:
 
 def names() -> set[str]:
     """What is ray traced."""
-    return {ob.name for ob in pipeline.ray_traced_objects(bpy.context.window_manager.windows[0].scene)}
+    return {ob.name for ob in scene_setup.ray_traced_objects(bpy.context.window_manager.windows[0].scene)}
 
 
 def again() -> None:
@@ -78,9 +79,9 @@ def again() -> None:
         bpy.ops.ed.redo()
         assert names() == {GLASS, MIRROR}, names()
         bpy.ops.screen.area_split(direction="VERTICAL", factor=0.5)
-    for panel in (ui.HYBRID_OBJECT_PT_settings, ui.HYBRID_MATERIAL_PT_settings):
+    for panel in (panels.HYBRID_OBJECT_PT_settings, panels.HYBRID_MATERIAL_PT_settings):
         opened(panel)
-    for panel in (ui.HYBRID_RENDER_PT_settings, advice.HYBRID_RENDER_PT_advice):
+    for panel in (panels.HYBRID_RENDER_PT_settings, advice.HYBRID_RENDER_PT_advice):
         opened(panel)
     areas = [area for area in window.screen.areas if area.type in {"VIEW_3D", "PROPERTIES"}]
     areas.sort(key=lambda area: (area.x, -area.y))

@@ -101,7 +101,7 @@ def steps() -> Iterator[float]:
     (FOLDER / "pixel.txt").write_text(bpy.data.texts["Hybrid Pixel"].as_string(), encoding="utf-8")
     press("ESC")
     yield 0.2
-    from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import pipeline
+    from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.pipeline import scene_setup
 
     with bpy.context.temp_override(window=window(), object=cube):
         bpy.ops.wm.context_set_float("EXEC_DEFAULT", True, data_path="object.hybrid.opacity", value=0.5)
@@ -112,8 +112,8 @@ def steps() -> Iterator[float]:
     bpy.ops.wm.save_as_mainfile(filepath=str(FOLDER / "artist.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(FOLDER / "artist.blend"))
     yield 0.5
-    assert pipeline.is_active(bpy.context.scene) and bpy.context.scene.hybrid.insets
-    assert [ob.name for ob in pipeline.own_collection(bpy.context.scene).objects] == ["Cube"]
+    assert scene_setup.is_active(bpy.context.scene) and bpy.context.scene.hybrid.insets
+    assert [ob.name for ob in scene_setup.own_collection(bpy.context.scene).objects] == ["Cube"]
     yield from rendered()
     layer = bpy.context.view_layer.layer_collection.children["Collection"]
     with bpy.context.temp_override(window=window()):

@@ -9,7 +9,8 @@ import sys
 import time
 
 import bpy
-from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import engine, pipeline
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.pipeline import scene_setup
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.render import engine
 
 sys.path.insert(0, os.path.dirname(__file__))
 import window as screen
@@ -54,7 +55,7 @@ def cancelled(*_args: object) -> None:
 def look() -> None:
     scene = bpy.context.scene
     temporary = [name for name in os.listdir(bpy.app.tempdir) if name.startswith("hybrid_")]
-    standing = pipeline.mask_layer(scene) is not None and pipeline.trace_scene(scene) is not None
+    standing = scene_setup.mask_layer(scene) is not None and scene_setup.trace_scene(scene) is not None
     print(f"LEFT: {temporary} PIPELINE: {standing}", flush=True)
     os._exit(0)
 

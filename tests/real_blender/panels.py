@@ -11,7 +11,7 @@ import sys
 
 import bpy
 from bl_ext.user_default import hybrid_addon as hybrid
-from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import advice, ui
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.ui import advice, panels
 
 sys.path.insert(0, os.path.dirname(__file__))
 import window as screen
@@ -29,9 +29,9 @@ def arrange() -> None:
     """Mark a glass, render, and turn the two largest editors into Properties editors."""
     scene = bpy.context.scene
     window = bpy.context.window_manager.windows[0]
-    render = (ui.HYBRID_RENDER_PT_settings, advice.HYBRID_RENDER_PT_advice, ui.HYBRID_RENDER_PT_light,
-              ui.HYBRID_RENDER_PT_passes, ui.HYBRID_RENDER_PT_viewport)  # fmt: skip
-    for panel in (ui.HYBRID_OBJECT_PT_settings, *render):  # a parent before its children
+    render = (panels.HYBRID_RENDER_PT_settings, advice.HYBRID_RENDER_PT_advice, panels.HYBRID_RENDER_PT_light,
+              panels.HYBRID_RENDER_PT_passes, panels.HYBRID_RENDER_PT_viewport)  # fmt: skip
+    for panel in (panels.HYBRID_OBJECT_PT_settings, *render):  # a parent before its children
         opened(panel)
     scene.render.resolution_x, scene.render.resolution_y, scene.eevee.taa_render_samples = 96, 72, 1
     cube = bpy.data.objects["Cube"]

@@ -62,7 +62,7 @@ def preview_comes(name: str) -> Iterator[float]:
     began, first = time.perf_counter(), 0.0
     while time.perf_counter() - began < PATIENCE:
         yield 0.1
-        shown = list(preview._viewports.values())
+        shown = list(preview._preview.viewports.values())
         if not first and any(v.quad is not None for v in shown):
             first = time.perf_counter() - began
         if shown and all(v.job is not None and v.job.done and v.quad is not None for v in shown):

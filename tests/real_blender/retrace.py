@@ -13,7 +13,9 @@ import time
 from collections.abc import Iterator
 
 import bpy
-from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import images, pipeline, retrace
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import session
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.pipeline import scene_setup
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.render import images, retrace
 
 sys.path.insert(0, os.path.dirname(__file__))
 import window as screen
@@ -48,7 +50,7 @@ def steps() -> Iterator[float]:
     area.spaces.active.image = bpy.data.images["Render Result"]
     area.spaces.active.show_region_ui = True
     assert retrace.why_not(scene) == "", retrace.why_not(scene)
-    for b_object in pipeline.ray_traced_objects(scene):
+    for b_object in scene_setup.ray_traced_objects(scene):
         b_object.hybrid.ior = 1.2
         b_object.hybrid.opacity = 0.1
     scene.hybrid.samples = 3
@@ -56,11 +58,11 @@ def steps() -> Iterator[float]:
     assert retrace.why_not(scene) == "", retrace.why_not(scene)
     yield from job("again", lambda: bpy.ops.hybrid.retrace("INVOKE_DEFAULT"))
     yield 1.0
-    assert not pipeline.retraced and retrace.why_not(scene) == "", retrace.why_not(scene)
+    assert not session.of(scene.name).retracing and retrace.why_not(scene) == "", retrace.why_not(scene)
     screen.shoot(f"{PREFIX}_window.png")
     images.write_render_result(f"{PREFIX}_later.exr", scene)  # the nodes are back: Blender has composited once more
     yield from job("whole", lambda: bpy.ops.render.render("INVOKE_DEFAULT"))
-    pipeline.ray_traced_objects(scene)[0].location.x += 0.1
+    scene_setup.ray_traced_objects(scene)[0].location.x += 0.1
     yield 1.0
     assert "press F12" in retrace.why_not(scene)
     assert savers == {threading.main_thread()}, savers

@@ -20,7 +20,9 @@ import bpy
 import mathutils
 import numpy as np
 from bl_ext.user_default import hybrid_addon as hybrid
-from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import handlers, layers, nodes, pipeline, results
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import handlers, session, view_layers
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.pipeline import compositor_setup, nodes, scene_setup
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.pipeline.node_group import GROUP_MARK
 
 sys.path.insert(0, os.path.dirname(__file__))
 import actions
@@ -38,28 +40,31 @@ ACTIONS = [a for a in actions.ACTIONS if not os.environ.get("PLAIN") or a not in
 def check() -> None:
     """What must hold after every step, once the add-on had its turn."""
     handlers._tick()
-    while handlers._again is not None:
+    while handlers._history.again is not None:
         handlers._tick()
     scenes = actions.own_scenes()
-    traces = [s for s in bpy.data.scenes if pipeline.is_trace_scene(s) and s.library is None]
-    standing = [s for s in scenes if pipeline.is_active(s)]
+    traces = [s for s in bpy.data.scenes if scene_setup.is_trace_scene(s) and s.library is None]
+    standing = [s for s in scenes if scene_setup.is_active(s)]
     assert len(traces) == len(standing), (len(traces), len(standing))
-    assert len(set(pipeline.trace_scene(s) for s in standing)) == len(standing)
-    marked = [c for c in bpy.data.collections if pipeline.COLLECTION_MARK in c and c.library is None]
+    assert len(set(scene_setup.trace_scene(s) for s in standing)) == len(standing)
+    marked = [c for c in bpy.data.collections if scene_setup.COLLECTION_MARK in c and c.library is None]
     assert len(marked) == len(standing), [c.name for c in marked]
     for scene in scenes:
-        masks = [layer for layer in scene.view_layers if layer.get(layers.MASK_MARK)]
+        masks = [layer for layer in scene.view_layers if layer.get(view_layers.MASK_MARK)]
         assert len(masks) == (scene in standing), (scene.name, len(masks))
         tree = nodes.compositor_tree(scene)
         ours = [n for n in tree.nodes if n.get(nodes.ROLE) in {"mask", "trace"} or nodes.SOURCE in n] if tree else []
         if scene not in standing:
             assert not ours, (scene.name, [n.name for n in ours])
             continue
-        assert pipeline.trace_scene(scene).background_set == scene
-        held_out, ray_traced = set(pipeline.own_collection(scene).objects), set(pipeline.ray_traced_objects(scene))
+        assert scene_setup.trace_scene(scene).background_set == scene
+        held_out, ray_traced = (
+            set(scene_setup.own_collection(scene).objects),
+            set(scene_setup.ray_traced_objects(scene)),
+        )
         assert held_out == ray_traced, (scene.name, [ob.name_full for ob in held_out ^ ray_traced])
-        assert not nodes.feeds_nothing(scene, pipeline.source_layer(scene)), scene.name
-        assert {n.scene for n in ours if n.get(nodes.ROLE) == "trace"} == {pipeline.trace_scene(scene)}
+        assert not compositor_setup.feeds_nothing(scene, scene_setup.source_layer(scene)), scene.name
+        assert {n.scene for n in ours if n.get(nodes.ROLE) == "trace"} == {scene_setup.trace_scene(scene)}
 
 
 def shape() -> dict[str, object]:
@@ -68,14 +73,14 @@ def shape() -> dict[str, object]:
 
 
 def _layers(scene: bpy.types.Scene) -> list[tuple[object, ...]]:
-    own = pipeline.own_collection(scene)
+    own = scene_setup.own_collection(scene)
 
     def walked(b_layer: bpy.types.LayerCollection) -> tuple[object, ...]:
         name = "ours" if b_layer.collection == own else b_layer.collection.name
         switches = (b_layer.exclude, b_layer.holdout, b_layer.indirect_only)
         return (name, switches, sorted(map(walked, b_layer.children), key=repr))
 
-    names = ["mask" if layer.get(layers.MASK_MARK) else layer.name for layer in scene.view_layers]
+    names = ["mask" if layer.get(view_layers.MASK_MARK) else layer.name for layer in scene.view_layers]
     switches = [(layer.use, layer.use_pass_z, layer.use_pass_diffuse_color) for layer in scene.view_layers]
     trees = [walked(layer.layer_collection) for layer in scene.view_layers]
     return sorted(zip(names, switches, trees, strict=True), key=repr)
@@ -120,7 +125,7 @@ def shows_ticked(b_object: bpy.types.Object) -> bool:
 
 def expected_mask(scene: bpy.types.Scene) -> np.ndarray:
     """(h, w) bool: where the camera's ray through the pixel's centre meets a ticked object first, by Blender's cast."""
-    layer = pipeline.source_layer(scene)
+    layer = scene_setup.source_layer(scene)
     layer.update()
     depsgraph, camera, wanted = layer.depsgraph, scene.camera, ticked(scene)
     matrix, corners = camera.matrix_world, camera.data.view_frame(scene=scene)
@@ -139,7 +144,7 @@ def expected_mask(scene: bpy.types.Scene) -> np.ndarray:
 
 def ambiguous(scene: bpy.types.Scene) -> bool:
     """Whether two things lie in one place, or are hidden from renders only: rays and EEVEE may choose another one."""
-    shown = pipeline.source_layer(scene).depsgraph.object_instances
+    shown = scene_setup.source_layer(scene).depsgraph.object_instances
     places = [tuple(round(x, 3) for x in i.matrix_world.translation) for i in shown if i.object.type == "MESH"]
     return len(set(places)) < len(places) or any(collection.hide_render for collection in bpy.data.collections)
 
@@ -162,7 +167,7 @@ def ending(number: int) -> Iterator[float]:
     check()
     expected = expected_mask(scene)
     yield from picture(scene)
-    walked, frame = shot, results.frames.get(scene.name)
+    walked, frame = shot, session.of(scene.name).frame
     mask = np.zeros(expected.shape) if frame is None else frame.mask
     right = np.where(expected, mask > 0.99, mask < 0.01) | ~steady(expected)
     if not ambiguous(scene):
@@ -181,7 +186,7 @@ def ending(number: int) -> Iterator[float]:
         yield from picture(scene)
         assert np.abs(walked - shot).max() <= TOLERANCE, "another picture than by a fresh set-up"
         tree = nodes.compositor_tree(scene)
-        if not (pipeline.traces_shadows(scene) or any(node.type in actions.OWN_NODES for node in tree.nodes)):
+        if not (scene_setup.traces_shadows(scene) or any(node.type in actions.OWN_NODES for node in tree.nodes)):
             assert np.abs(walked - plain)[far_from(mask)].max(initial=0.0) <= TOLERANCE, "EEVEE's half is not EEVEE's"
     print(f"WALK {number} {len(ticked(scene))} ray traced, {mask.mean() * 100:.1f} % of the picture", flush=True)
     yield from without(scene.name, plain_shape[scene.name], plain if number % EVERY == 0 else None)
@@ -194,9 +199,9 @@ def without(name: str, plain_shape: object, plain: np.ndarray | None) -> Iterato
     bpy.ops.preferences.addon_disable(module=PACKAGE)
     bpy.ops.wm.open_mainfile(filepath=path)
     yield 0.05
-    ours = [s.name for s in bpy.data.scenes if s.library is None and pipeline.TRACE_SCENE in s.name]
-    ours += [c.name for c in bpy.data.collections if c.library is None and pipeline.COLLECTION_MARK in c]
-    ours += [g.name for g in bpy.data.node_groups if g.library is None and nodes.GROUP_MARK in g]
+    ours = [s.name for s in bpy.data.scenes if s.library is None and scene_setup.TRACE_SCENE in s.name]
+    ours += [c.name for c in bpy.data.collections if c.library is None and scene_setup.COLLECTION_MARK in c]
+    ours += [g.name for g in bpy.data.node_groups if g.library is None and GROUP_MARK in g]
     assert not ours, ours
     notes = [text.as_string() for text in bpy.data.texts if text.library is None]
     assert sum("plain EEVEE" in text and name in text for text in notes) == 1, notes

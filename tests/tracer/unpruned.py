@@ -12,7 +12,7 @@ import numpy as np
 from hybrid_addon.expressions import expressions_of
 from hybrid_addon.scene import Expression, Float32, Lens, Scene, Settings, Texture
 from hybrid_addon.tracer import CompiledScene, SceneCache, render
-from hybrid_addon.tracer.emitters.lights import CompiledLight
+from hybrid_addon.tracer.emitters.light import CompiledLight
 from hybrid_addon.tracer.prepare import compiled, plan
 from hybrid_addon.tracer.prepare.tables import Prepared
 

@@ -16,8 +16,8 @@ import bpy
 import numpy as np
 
 import hybrid_addon as hybrid
+from hybrid_addon.blender import session
 from hybrid_addon.blender.measure import cycles
-from hybrid_addon.blender.render import results
 from hybrid_addon.blender.render.settings import tracer_settings
 from hybrid_addon.blender.sync import Translation, translate
 from hybrid_addon.measure.error_time import metrics
@@ -162,7 +162,7 @@ def two_spheres(size: Size) -> bpy.types.Scene:
         scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0, 0, 0, 1)
     scene.render.resolution_x, scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
-    results.start(scene.name)
+    session.begin_frame(scene.name)
     return scene
 
 

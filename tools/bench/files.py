@@ -8,8 +8,8 @@ from typing import Any
 import bpy
 
 import hybrid_addon as hybrid
+from hybrid_addon.blender import session
 from hybrid_addon.blender.pipeline import opengl, scene_setup
-from hybrid_addon.blender.render import results
 from hybrid_addon.blender.render.settings import tracer_settings
 from hybrid_addon.blender.sync import translate
 from hybrid_addon.presets import Quality
@@ -52,9 +52,10 @@ def render(scene: bpy.types.Scene, mode: str, eevee: int, samples: int, **others
     scene.eevee.taa_render_samples = eevee
     scene_setup.sync(scene)
     bpy.ops.render.render(scene=scene.name)
-    if results.errors.get(scene.name):
-        raise RuntimeError(results.errors[scene.name])
-    frame = results.frames.get(scene.name)
+    own = session.of(scene.name)
+    if own.error:
+        raise RuntimeError(own.error)
+    frame = own.frame
     return frame.report if frame else {}
 
 

@@ -9,11 +9,10 @@ from typing import Any
 
 import bpy
 
+from ...settings_table import SURFACE
 from .. import api, flags
 from ..errors import HybridError
-from .common import number
-
-VALUES = ("reflectivity", "opacity", "ior")
+from . import setting_flags
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -21,14 +20,12 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ray-traced", nargs="+", action="extend", metavar="NAME", help="flag these objects instead of the file's"
     )
-    parser.add_argument("--reflectivity", type=number(0, 1), metavar="X", help="of the ray traced objects, 0..1")
-    parser.add_argument("--opacity", type=number(0, 1), metavar="X", help="of the ray traced objects, 0..1")
-    parser.add_argument("--ior", type=number(1e-6, 1e6), metavar="X", help="of the ray traced objects")
+    setting_flags.add(parser, SURFACE)
 
 
 def apply(scene: bpy.types.Scene, arguments: argparse.Namespace) -> None:
     """Flag the named objects, with the values given; values without names go to all objects that are ray traced."""
-    values = {name: getattr(arguments, name) for name in VALUES}
+    values = setting_flags.given(SURFACE, arguments)
     own = {b_object.name: b_object for b_object in scene.objects}
     if arguments.ray_traced:
         flags.clear(scene)

@@ -11,11 +11,12 @@ import bpy
 import numpy as np
 
 from ...presets import QUALITY
+from ...settings_table import RENDER
 from .. import api
 from ..errors import HybridError
 from ..pipeline import nodes
 from ..render import handoff, images
-from . import batch, frames, marks
+from . import batch, frames, marks, setting_flags
 from .common import Verbs, check_outputs, number, open_file, picture, resolution, say
 
 
@@ -43,35 +44,10 @@ def add(verbs: Verbs) -> None:
     )  # fmt: skip
     render.add_argument("--file-outputs", action="store_true", help="let the file's own File Output nodes write too")
     render.add_argument("--progress", choices=batch.PROGRESS, default="text", help="openjd: for Open Job Description")
-    render.add_argument("--mode", choices=("hybrid", "raster", "full"), help="default: the file's own")
     marks.add(render)
     render.add_argument("--preset", choices=[key.lower() for key in QUALITY], help="options beside it win")
-    render.add_argument("--samples", type=number(1, 65536, int), metavar="N", help="rays through each ray traced pixel")
-    render.add_argument("--max-depth", type=number(0, 1024, int), metavar="N", help="bounces")
-    render.add_argument("--cutoff", type=number(0, 1), metavar="X", help="share that a sample may lose to small rays")
-    render.add_argument(
-        "--time-budget", type=number(0, 1e6), metavar="SECONDS",
-        help="for a frame, EEVEE included; what does not fit is given up, samples first; 0: no limit",
-    )  # fmt: skip
-    render.add_argument("--adaptive", type=number(0, 0.99), metavar="X", help="contrast; 0: all samples everywhere")
-    render.add_argument("--shadow-samples", type=number(0, 1024, int), metavar="N", help="0: hard shadows")
-    render.add_argument("--occlusion-samples", type=number(0, 64, int), metavar="N", help="0: no ambient occlusion")
-    render.add_argument("--occlusion-distance", type=number(0, 1e6), metavar="METRES", help="0: as EEVEE's Fast GI")
-    render.add_argument("--rough-samples", type=number(0, 64, int), metavar="N", help="0: rough mirrors are sharp")
-    render.add_argument(
-        "--traced-shadows", nargs="?", const="on", choices=("auto", "off", "on"),
-        help="who draws the shadows of ray traced objects on what EEVEE draws: on, the ray tracer; off, EEVEE",
-    )  # fmt: skip
-    render.add_argument("--no-traced-shadows", action="store_const", const="off", dest="traced_shadows", help="off")
-    render.add_argument("--caustics", choices=("none", "simple", "photons"), help="of traced shadows")
-    render.add_argument("--photons", type=number(1, 2e9, int), metavar="N", help="for caustics by photons")
-    render.add_argument(
-        "--raster-backed", action=argparse.BooleanOptionalAction,
-        help="show EEVEE's own pixels in reflections where they are known, or shade everything there",
-    )  # fmt: skip
-    render.add_argument("--light-falloff", choices=("eevee", "physical"), help="default: the file's own")
+    setting_flags.add(render, RENDER)
     render.add_argument("--resolution", type=resolution, metavar="WxH")
-    render.add_argument("--threads", type=number(0, 1024, int), metavar="N", help="0: all cores")
     render.add_argument(
         "--report", type=Path, metavar="PATH.json", help="what was done, what it cost, what was left out"
     )
@@ -167,24 +143,9 @@ def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, A
         shot.scene,
         camera=shot.camera,
         frame=shot.frame,
-        mode=arguments.mode,
         preset=arguments.preset,
-        samples=arguments.samples,
-        max_depth=arguments.max_depth,
-        cutoff=arguments.cutoff,
-        adaptive=arguments.adaptive,
-        time_budget=arguments.time_budget,
-        shadow_samples=arguments.shadow_samples,
-        rough_samples=arguments.rough_samples,
-        occlusion_samples=arguments.occlusion_samples,
-        occlusion_distance=arguments.occlusion_distance,
-        traced_shadows=arguments.traced_shadows,
-        caustics=arguments.caustics,
-        photons=arguments.photons,
-        raster_backed=arguments.raster_backed,
-        light_falloff=arguments.light_falloff,
         resolution=arguments.resolution,
-        threads=arguments.threads,
+        **setting_flags.given(RENDER, arguments),
     )
     for name, path in shot.passes.items():
         plane = result.passes.get(name) if name not in batch.PASSES else getattr(result, name)

@@ -8,8 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ...settings_table import BY_NAME
 from ..errors import HybridError
-from . import marks
+from . import marks, setting_flags
 from .common import Verbs, check_outputs, number, open_file, resolution, say
 
 CYCLES = (1, 4, 16, 64, 256)
@@ -23,13 +24,14 @@ def add(verbs: Verbs) -> None:
     report.add_argument("--output", type=Path, required=True, metavar="DIR", help="for report.html and report.json")
     report.add_argument("--mode", choices=("hybrid", "full"), help="default: the file's own")
     report.add_argument("--resolution", type=resolution, metavar="WxH", help="default: the file's, made smaller")
-    report.add_argument("--threads", type=number(0, 1024, int), metavar="N", help="0: all cores")
+    setting_flags.add(report, [BY_NAME["threads"]])
     marks.add(report)
     several: dict[str, Any] = {"nargs": "+", "action": "extend"}
-    report.add_argument("--samples", **several, type=number(1, 65536, int), metavar="N", help="to measure")
-    report.add_argument("--max-depth", **several, type=number(0, 1024, int), metavar="N", help="bounces to measure")
-    report.add_argument("--cutoff", **several, type=number(0, 1), metavar="X", help="to measure")
-    report.add_argument("--adaptive", **several, type=number(0, 0.99), metavar="X", help="to measure")
+    value_of = setting_flags.value_of
+    report.add_argument("--samples", **several, type=value_of("samples"), metavar="N", help="to measure")
+    report.add_argument("--max-depth", **several, type=value_of("max_depth"), metavar="N", help="bounces to measure")
+    report.add_argument("--cutoff", **several, type=value_of("cutoff"), metavar="X", help="to measure")
+    report.add_argument("--adaptive", **several, type=value_of("adaptive"), metavar="X", help="to measure")
     report.add_argument(
         "--reference-samples",
         type=number(2, 65536, int),

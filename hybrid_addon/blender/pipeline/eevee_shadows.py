@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import bpy
 
+from .. import session
 from ..view_layers import MASK_MARK
 from . import scene_setup
-
-shared: dict[str, list[str]] = {}
-"""By scene: objects that keep EEVEE's shadows because something shows them that is not ray traced, too."""
 
 
 def hand_over(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
@@ -35,10 +33,10 @@ def hand_over(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         evaluated, casts = b_object.evaluated_get(depsgraph), b_object.visible_shadow and b_object in by_eevee
         if evaluated.visible_shadow != casts:
             evaluated.visible_shadow = casts
-    shared[scene.name] = sorted(b_object.name for b_object in by_tracer & by_eevee)
+    session.of(scene.name).casting = sorted(b_object.name for b_object in by_tracer & by_eevee)
 
 
 def warnings(scene: bpy.types.Scene) -> list[str]:
     """What of it could not be done in the last render."""
-    names = shared.get(scene.name, []) if scene_setup.traces_shadows(scene) else []
+    names = session.of(scene.name).casting if scene_setup.traces_shadows(scene) else []
     return [f"object {name!r}: instances that are not ray traced, too, keep EEVEE's shadow for all" for name in names]

@@ -16,6 +16,7 @@ import bpy
 from ..errors import HybridError
 from ..view_layers import copy_evaluation, source_layer
 from . import scene_setup
+from .guard import guard
 
 EMPTY_MARK = "hybrid_empty"  # custom property on a scene that is rendered for what happens meanwhile
 
@@ -73,7 +74,7 @@ def _is_other_in_a_render(modifier: bpy.types.Modifier) -> bool:
 def render_nothing(scene: bpy.types.Scene | None = None, work: Work[None] | None = None) -> None:
     """Render a scene with nothing in it; `work` gets its dependency graph, in which `scene` is evaluated, too."""
     global _work
-    with scene_setup.guard():
+    with guard():
         empty = bpy.data.scenes.new("Hybrid Empty")
         camera = bpy.data.cameras.new("Hybrid Empty")
         try:

@@ -1,26 +1,10 @@
-"""The compositor part of the pipeline.
-
-For each Render Layers node that shows the user's view layer there is one *Hybrid* group node, and whatever that Render
-Layers node fed (Image, Alpha) is fed by the Hybrid node instead:
-
-    Render Layers (Hybrid Mask)                           which only stands there, so that Blender renders that layer
-    Render Layers (Hybrid Trace) --Raster-->  Hybrid  --> what the user's Render Layers fed
-                                 --Traced-->
-
-The group adds all four channels: the raster half is already multiplied by 1 - coverage and the traced half by coverage
-(both associated alpha), so the plain sum is exact at every edge. In RASTER mode the user's own layer goes through the
-group with nothing to add, in FULL mode nothing but the traced half.
-
-Both halves are passes of the trace scene, the raster one bit for bit what EEVEE drew: with a window Blender composites
-anew whenever nodes change, with what the last render left, and a retrace leaves nothing of EEVEE.
-"""
+"""The compositor's nodes and tree: which nodes are ours, which the user's, and the tree that ours stand in."""
 
 from __future__ import annotations
 
 import bpy
 
 from . import node_memory
-from .node_group import GROUP_MARK, composite_group
 from .restore import Restore
 
 SOURCE = "hybrid_source"  # on a Hybrid node: name of the Render Layers node that it stands in for
@@ -32,92 +16,6 @@ _PLAIN = {"R_LAYERS", "COMPOSITE", "VIEWER", "REROUTE", "GROUP_OUTPUT"}
 _NEW_API = bpy.app.version >= (5, 0)
 
 
-# ------------------------------------------------------------------------------------------------ doors
-
-
-def sync(
-    scene: bpy.types.Scene,
-    source: bpy.types.ViewLayer,
-    mask: bpy.types.ViewLayer,
-    trace: bpy.types.Scene,
-    mode: str,
-    restore: Restore,
-) -> None:
-    """Bring the compositor in step; see the module's head. Idempotent."""
-    tree = _ensure_tree(scene, source, restore)
-    before = _own(tree).keys()
-    mask_node = _own_render_layers(tree, "mask", scene, mask.name)
-    trace_node = _own_render_layers(tree, "trace", trace, trace.view_layers[0].name)
-    _mute(mask_node, mode != "HYBRID")
-    _mute(trace_node, mode == "RASTER")
-    stand_ins = {node[SOURCE]: node for node in tree.nodes if is_stand_in(node)}
-    for user_node in render_layers(tree, scene, source.name):
-        hybrid = stand_ins.pop(user_node.name, None) or _insert(tree, user_node)
-        _divert(tree, user_node, hybrid)
-        drawn = trace_node.outputs["Raster"] if mode in {"HYBRID", "RETRACE"} else None
-        _link(tree, hybrid.inputs["Raster"], user_node.outputs["Image"] if mode == "RASTER" else drawn)
-        _link(tree, hybrid.inputs["Traced"], None if mode == "RASTER" else trace_node.outputs["Image"])
-        _mute_ours(user_node, mode in {"FULL", "RETRACE"} and not other_outputs(user_node))
-    for orphan in stand_ins.values():
-        _withdraw(tree, orphan, scene, source.name)
-    own = _own(tree)
-    node_memory.recall(scene, tree, own, own.keys() - before)
-
-
-def tear_down(scene: bpy.types.Scene, restore: Restore) -> None:
-    """Give every link back to the user's Render Layers nodes and remove ours. Does nothing in a clean tree."""
-    tree = compositor_tree(scene)
-    if tree is not None:
-        node_memory.remember(scene, _own(tree))
-        _clean(tree, scene)
-        _wake(tree, restore)
-    _restore_tree(scene, tree, restore)
-    remove_orphans()
-
-
-def remove_orphans() -> None:
-    """Remove trees of ours that no scene uses any more, and our nodes from the user's that none does."""
-    shown = [compositor_tree(scene) for scene in bpy.data.scenes]
-    for tree in bpy.data.node_groups:
-        if tree.library is None and tree.bl_idname == "CompositorNodeTree" and tree not in shown:
-            _clean(tree, None)
-    for tree in list(bpy.data.node_groups):
-        if tree.users == 0 and tree.library is None and (tree.get(ROLE) == "own" or tree.get(GROUP_MARK)):
-            bpy.data.node_groups.remove(tree)
-
-
-def _clean(tree: bpy.types.NodeTree, scene: bpy.types.Scene | None) -> None:
-    """Take our nodes out of a tree, and leave the user's as they were."""
-    for node in [node for node in tree.nodes if is_stand_in(node)]:
-        _withdraw(tree, node, scene, None)
-    for node in tree.nodes:
-        _mute_ours(node, False)
-    for node in [node for node in tree.nodes if role(node) in {"mask", "trace"}]:
-        tree.nodes.remove(node)
-
-
-def needs_source(scene: bpy.types.Scene, source: bpy.types.ViewLayer, mode: str) -> bool:
-    """Whether EEVEE has to render the user's own layer too, beside the mask layer.
-
-    With an opaque film the mask layer alone gives raster and mask. A transparent film hides the difference between sky
-    and object, other passes and Cryptomatte exist in the user's layer only, and so do the layers of a multilayer file.
-    """
-    if mode != "HYBRID":
-        return mode == "RASTER"
-    tree = compositor_tree(scene)
-    others = tree is not None and any(
-        node.type == "CRYPTOMATTE_V2" or (_is_user(node, scene, source.name) and other_outputs(node))
-        for node in tree.nodes
-    )
-    return scene.render.film_transparent or others or scene.render.image_settings.file_format == "OPEN_EXR_MULTILAYER"
-
-
-def feeds_nothing(scene: bpy.types.Scene, source: bpy.types.ViewLayer) -> bool:
-    """Whether the user's compositor never uses this scene's picture, so that the hybrid one cannot show either."""
-    tree = compositor_tree(scene)
-    return tree is None or not any(link.from_node.get(SOURCE) for link in tree.links)
-
-
 def compositor_tree(scene: bpy.types.Scene) -> bpy.types.NodeTree | None:
     """The scene's compositor tree in this version of Blender, or None."""
     return scene.compositing_node_group if _NEW_API else scene.node_tree
@@ -126,7 +24,7 @@ def compositor_tree(scene: bpy.types.Scene) -> bpy.types.NodeTree | None:
 # ------------------------------------------------------------------------------------------------ the tree itself
 
 
-def _ensure_tree(scene: bpy.types.Scene, source: bpy.types.ViewLayer, restore: Restore) -> bpy.types.NodeTree:
+def ensure_tree(scene: bpy.types.Scene, source: bpy.types.ViewLayer, restore: Restore) -> bpy.types.NodeTree:
     """The live tree: the user's, or a plain one (Render Layers -> output) where he has none or has switched his off."""
     was_off = not scene.render.use_compositing
     restore.remember("use_compositing", scene.render.use_compositing)
@@ -179,7 +77,7 @@ def _put_to_sleep(
     """4.5 only: a tree that the user has switched off must stay without effect although Use Nodes is now on."""
     for node in tree.nodes:
         if node.type == "OUTPUT_FILE":
-            _mute_ours(node, True)
+            mute_ours(node, True)
     output = next((node for node in tree.nodes if node.type == "COMPOSITE"), None)
     if output is None:
         return
@@ -190,7 +88,7 @@ def _put_to_sleep(
     tree.links.new(output.inputs[0], render_layers.outputs["Image"])
 
 
-def _wake(tree: bpy.types.NodeTree, restore: Restore) -> None:
+def wake(tree: bpy.types.NodeTree, restore: Restore) -> None:
     """The inverse of `_put_to_sleep`."""
     match restore.get("asleep"):
         case {"output": str(name), "before": [str(origin), str(identifier)]}:
@@ -203,12 +101,13 @@ def _wake(tree: bpy.types.NodeTree, restore: Restore) -> None:
     output = tree.nodes.get(name)
     if output is None or not output.inputs:
         return
-    _link(tree, output.inputs[0], before)
+    link_sockets(tree, output.inputs[0], before)
     for node in [node for node in tree.nodes if node.get(ROLE) == "own"]:
         tree.nodes.remove(node)
 
 
-def _restore_tree(scene: bpy.types.Scene, tree: bpy.types.NodeTree | None, restore: Restore) -> None:
+def restore_tree(scene: bpy.types.Scene, tree: bpy.types.NodeTree | None, restore: Restore) -> None:
+    """The inverse of `ensure_tree`: the tree that the user had, in use or not as he had it."""
     if _NEW_API:
         if tree is not None and tree.get(ROLE) == "own":
             untouched = all(node.get(ROLE) == "own" for node in tree.nodes)
@@ -244,23 +143,24 @@ def is_stand_in(node: bpy.types.Node) -> bool:
     )
 
 
-def _own(tree: bpy.types.NodeTree) -> dict[str, node_memory.Own]:
+def own(tree: bpy.types.NodeTree) -> dict[str, node_memory.Own]:
     """The nodes that stand for the two halves, and those that stand in for the user's."""
     found = {}
     for node in tree.nodes:
         if role(node) in PLACES:
             found[role(node)] = node_memory.Own(node, PLACES[role(node)], True)
         elif is_stand_in(node):
-            found[f"for {node[SOURCE]}"] = node_memory.Own(node, _beside(tree.nodes.get(node[SOURCE])), False)
+            found[f"for {node[SOURCE]}"] = node_memory.Own(node, beside(tree.nodes.get(node[SOURCE])), False)
     return found
 
 
-def _beside(user_node: bpy.types.Node | None) -> tuple[float, float]:
+def beside(user_node: bpy.types.Node | None) -> tuple[float, float]:
     """Where a Hybrid node stands."""
     return (user_node.location.x + 260, user_node.location.y - 40) if user_node else (0.0, 0.0)
 
 
-def _is_user(node: bpy.types.Node, scene: bpy.types.Scene | None, layer: str | None) -> bool:
+def is_users(node: bpy.types.Node, scene: bpy.types.Scene | None, layer: str | None) -> bool:
+    """Whether this is a Render Layers node of the user's, in use, that shows this layer (None: any layer)."""
     if node.type != "R_LAYERS" or role(node) in {"mask", "trace"} or node.scene not in (None, scene):
         return False
     return (not node.mute or MUTED in node) and layer in (None, node.layer)
@@ -268,7 +168,7 @@ def _is_user(node: bpy.types.Node, scene: bpy.types.Scene | None, layer: str | N
 
 def render_layers(tree: bpy.types.NodeTree, scene: bpy.types.Scene | None, layer: str | None) -> list[bpy.types.Node]:
     """The user's Render Layers nodes that show this layer (None: any layer) of this scene."""
-    return [node for node in tree.nodes if _is_user(node, scene, layer)]
+    return [node for node in tree.nodes if is_users(node, scene, layer)]
 
 
 def other_outputs(node: bpy.types.Node) -> bool:
@@ -284,7 +184,8 @@ def _render_layers_node(tree: bpy.types.NodeTree, which: str, scene: bpy.types.S
     return node
 
 
-def _own_render_layers(tree: bpy.types.NodeTree, which: str, scene: bpy.types.Scene, layer: str) -> bpy.types.Node:
+def own_render_layers(tree: bpy.types.NodeTree, which: str, scene: bpy.types.Scene, layer: str) -> bpy.types.Node:
+    """Our node for the "mask" or the "trace" half, made if there is none, showing this layer of this scene."""
     node = next((node for node in tree.nodes if role(node) == which), None)
     if node is None:
         node = _render_layers_node(tree, which, scene, layer)
@@ -300,38 +201,9 @@ def _own_render_layers(tree: bpy.types.NodeTree, which: str, scene: bpy.types.Sc
     return node
 
 
-def _insert(tree: bpy.types.NodeTree, user_node: bpy.types.Node) -> bpy.types.Node:
-    node = tree.nodes.new("CompositorNodeGroup")
-    node.node_tree = composite_group()
-    node.label = "Hybrid"
-    node[SOURCE] = user_node.name
-    node.location = _beside(user_node)
-    for socket in node.inputs:
-        socket.default_value = (0.0, 0.0, 0.0, 0.0)
-    return node
-
-
-def _divert(tree: bpy.types.NodeTree, user_node: bpy.types.Node, hybrid: bpy.types.Node) -> None:
-    """Whatever the user's node fed is fed by the Hybrid node."""
-    for name in ("Image", "Alpha"):
-        for link in list(user_node.outputs[name].links):
-            if link.to_node != hybrid:
-                tree.links.new(link.to_socket, hybrid.outputs[name])
-
-
-def _withdraw(
-    tree: bpy.types.NodeTree, hybrid: bpy.types.Node, scene: bpy.types.Scene | None, layer: str | None
+def link_sockets(
+    tree: bpy.types.NodeTree, to_socket: bpy.types.NodeSocket, from_socket: bpy.types.NodeSocket | None
 ) -> None:
-    """Take a Hybrid node out again; if its Render Layers node was renamed, any other of this layer takes its links."""
-    origin = tree.nodes.get(hybrid[SOURCE]) or next(iter(render_layers(tree, scene, layer)), None)
-    for output in hybrid.outputs:
-        for link in list(output.links):
-            if origin is not None:
-                tree.links.new(link.to_socket, origin.outputs[output.name])
-    tree.nodes.remove(hybrid)
-
-
-def _link(tree: bpy.types.NodeTree, to_socket: bpy.types.NodeSocket, from_socket: bpy.types.NodeSocket | None) -> None:
     """Make exactly this link stand, or none."""
     link = next(iter(to_socket.links), None)
     if link is not None and from_socket is not None and link.from_socket == from_socket:
@@ -342,12 +214,13 @@ def _link(tree: bpy.types.NodeTree, to_socket: bpy.types.NodeSocket, from_socket
         tree.links.remove(link)
 
 
-def _mute(node: bpy.types.Node, value: bool) -> None:
+def set_mute(node: bpy.types.Node, value: bool) -> None:
+    """Mute a node or not; write nothing where it is so already."""
     if node.mute != value:
         node.mute = value
 
 
-def _mute_ours(node: bpy.types.Node, value: bool) -> None:
+def mute_ours(node: bpy.types.Node, value: bool) -> None:
     """Mute one of the user's nodes for a while, or give it back; never touches what he muted himself."""
     if value and not node.mute:
         node.mute = True

@@ -12,15 +12,14 @@ scene. Both run on the main thread only, never from a render handler in a window
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import bpy
 
+from .. import session
 from ..errors import HybridError
 from ..flags import Flags
 from ..view_layers import SOURCE_MARK, copy_evaluation, mask_layer, set_, source_layer, sync_mask_layer
-from . import nodes, opengl
+from . import compositor_setup, opengl
+from .guard import guard, is_busy
 from .restore import Restore
 from .transmission import transmit
 
@@ -30,8 +29,6 @@ TRACE_LAYER = "Traced"
 ENGINE = "HYBRID_TRACER"
 COLLECTION_MARK = "hybrid_collection"  # custom property on our collections
 
-retraced: set[str] = set()
-"""Names of scenes whose next render takes EEVEE's half from the last one (retrace.py)."""
 TRACE_MARK = "hybrid_trace"  # and on our scenes: a user may choose our engine for his own
 
 
@@ -174,14 +171,14 @@ def collection_changed() -> None:
 
 def scene_changed(scene: bpy.types.Scene) -> None:
     """A scene setting changed."""
-    if not _busy():
+    if not is_busy():
         sync(scene)
 
 
 def passes_changed(scene: bpy.types.Scene) -> None:
     """Other passes are wanted: the node of the ray traced half gets their sockets."""
     trace = trace_scene(scene)
-    if trace is None or _busy():
+    if trace is None or is_busy():
         return
     for owner in (trace, scene):  # 4.5 updates the nodes in the compositor of the owner, 5.x those that show it
         owner.view_layers[0].update_render_passes()
@@ -191,7 +188,7 @@ def sync_all() -> None:
     """Bring every scene in step and remove what belonged to scenes that are gone."""
     for scene in _own_scenes():
         sync(scene)
-    if not _busy():
+    if not is_busy():
         _remove_orphans()
 
 
@@ -221,10 +218,11 @@ def sync(scene: bpy.types.Scene) -> None:
         collection = _sync_collection(scene)
         mask = sync_mask_layer(scene, source, collection, depth=needs_raster(scene), albedo=needs_albedo(scene))
         trace = _sync_trace_scene(scene)
-        nodes.sync(scene, source, mask, trace, "RETRACE" if scene.name in retraced else mode, restore)
+        drawn = "RETRACE" if session.of(scene.name).retracing else mode
+        compositor_setup.sync(scene, source, mask, trace, drawn, restore)
         _sync_compositor(scene, restore)
         set_(mask, "use", mode == "HYBRID")
-        set_(source, "use", nodes.needs_source(scene, source, mode) or mode == "FULL")
+        set_(source, "use", compositor_setup.needs_source(scene, source, mode) or mode == "FULL")
         restore.save()
 
 
@@ -239,7 +237,7 @@ def tear_down(scene: bpy.types.Scene) -> None:
             return
         _disown_copies(scene)
         restore = Restore(scene)
-        nodes.tear_down(scene, restore)
+        compositor_setup.tear_down(scene, restore)
         mask = mask_layer(scene)
         if mask is not None:
             scene.view_layers.remove(mask)
@@ -331,29 +329,4 @@ def _remove_orphans() -> None:
     for collection in list(bpy.data.collections):
         if COLLECTION_MARK in collection and collection not in collections and collection.library is None:
             bpy.data.collections.remove(collection)
-    nodes.remove_orphans()
-
-
-# ------------------------------------------------------------------------------------------------ writing with care
-
-
-_inside = False
-
-
-def _busy() -> bool:
-    """Whether a change must wait: we are inside one, or a render job is reading the scene on another thread."""
-    return _inside or (not bpy.app.background and bpy.app.is_job_running("RENDER"))
-
-
-@contextmanager
-def guard() -> Iterator[bool]:
-    """Keep our own edits from calling us again through update callbacks and depsgraph handlers."""
-    global _inside
-    if _busy():
-        yield False
-        return
-    _inside = True
-    try:
-        yield True
-    finally:
-        _inside = False
+    compositor_setup.remove_orphans()

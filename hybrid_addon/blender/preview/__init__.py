@@ -12,7 +12,7 @@ the first change of the scene, drop the picture and the work on it.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import bpy
@@ -20,8 +20,8 @@ from bpy.app.handlers import persistent
 
 from ..errors import HybridError
 from ..pipeline import scene_setup
-from ..render import caches
 from ..render.settings import preview_settings
+from ..session import FrameCaches
 from .display import Display
 from .draw import Quad
 from .job import Job
@@ -49,12 +49,27 @@ class _Viewport:
     status: str = ""
 
 
-_viewports: dict[int, _Viewport] = {}  # by the region's address
-_edits = 0  # changes of the scene so far
-_translated: tuple[int, str, Any] | None = None  # (edits, scene name, scene translated at that time)
-_compiled: tuple[Any, Any] | None = None  # (translated scene, the same ready to trace)
-_left: caches.FrameCaches | None = None  # for the next translation
-_handle: Any = None
+@dataclass(eq=False)
+class _Preview:
+    """What the preview remembers: of all viewports, and of the scene that they show.
+
+    viewports  : by the address of their region.
+    edits      : changes of the scene so far.
+    translated : (edits, scene's name, the scene translated at that time).
+    compiled   : (translated scene, the same ready to trace).
+    caches     : (scene's name, what its last translation has left).
+    draw       : Blender's handle of `_draw`, while it is registered.
+    """
+
+    viewports: dict[int, _Viewport] = field(default_factory=dict)
+    edits: int = 0
+    translated: tuple[int, str, Any] | None = None
+    compiled: tuple[Any, Any] | None = None
+    caches: tuple[str, FrameCaches] | None = None
+    draw: Any = None
+
+
+_preview = _Preview()
 
 
 def why_not(scene: bpy.types.Scene, space: bpy.types.SpaceView3D) -> str:
@@ -79,7 +94,7 @@ def status(context: bpy.types.Context) -> str:
     if problem:
         return problem
     regions = [region.as_pointer() for region in context.area.regions if region.type == "WINDOW"]
-    return next((_viewports[key].status for key in regions if key in _viewports), "")
+    return next((_preview.viewports[key].status for key in regions if key in _preview.viewports), "")
 
 
 # ------------------------------------------------------------------------------------------------ the viewport draws
@@ -100,36 +115,33 @@ def _draw() -> None:
 
 def _look(key: int, view: View) -> _Viewport:
     """The viewport as it is now; what shows another view or an older scene is dropped."""
-    viewport = _viewports.get(key)
-    if viewport is None or viewport.view != view or viewport.edits != _edits:
+    viewport = _preview.viewports.get(key)
+    if viewport is None or viewport.view != view or viewport.edits != _preview.edits:
         _forget(key)
-        viewport = _viewports[key] = _Viewport(view, time.perf_counter(), _edits)
+        viewport = _preview.viewports[key] = _Viewport(view, time.perf_counter(), _preview.edits)
         _wake()
     return viewport
 
 
 def _forget(key: int) -> None:
-    viewport = _viewports.pop(key, None)
+    viewport = _preview.viewports.pop(key, None)
     if viewport is not None and viewport.job is not None:
         viewport.job.drop()
 
 
 @persistent
 def _on_change(*_args: Any) -> None:
-    global _edits
-    _edits += 1
+    _preview.edits += 1
 
 
 def forget() -> None:
     """Let go of what is kept of the scene for the next change of it."""
-    global _translated, _compiled, _left
-    _translated = _compiled = _left = None
+    _preview.translated = _preview.compiled = _preview.caches = None
 
 
 def setting_changed() -> None:
     """A setting changed that the picture depends on, or the toggle: look again."""
-    global _edits
-    _edits += 1
+    _preview.edits += 1
     for window in getattr(bpy.context.window_manager, "windows", ()):
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
@@ -153,11 +165,11 @@ def _tick() -> float | None:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
                 for region in area.regions:
-                    if region.type == "WINDOW" and region.as_pointer() in _viewports:
+                    if region.type == "WINDOW" and region.as_pointer() in _preview.viewports:
                         alive[region.as_pointer()] = (window, area, region)
-    for key in set(_viewports) - set(alive):
+    for key in set(_preview.viewports) - set(alive):
         _forget(key)
-    waits = [_attend(_viewports[key], *place) for key, place in alive.items()]
+    waits = [_attend(_preview.viewports[key], *place) for key, place in alive.items()]
     return TICK_SECONDS if any(waits) else None
 
 
@@ -189,33 +201,31 @@ def _start(viewport: _Viewport) -> Job | None:
     except HybridError as error:
         viewport.status = str(error)
         return None
-    compiled = _compiled[1] if _compiled is not None and _compiled[0] is translated else None
+    compiled = _preview.compiled[1] if _preview.compiled is not None and _preview.compiled[0] is translated else None
     settings = preview_settings(scene)
-    trees = None if _left is None else _left.trees
+    trees = None if _preview.caches is None else _preview.caches[1].trees
     return Job(translated, viewport.view, settings, Display.of(scene), scene.hybrid.preview_budget, compiled, trees)
 
 
 def _translate(scene: bpy.types.Scene, view: View) -> Any:
     from ..sync import MeshCache, translate
 
-    global _translated, _left
-    if _translated is None or _translated[:2] != (_edits, scene.name):
+    if _preview.translated is None or _preview.translated[:2] != (_preview.edits, scene.name):
         depsgraph = bpy.context.evaluated_depsgraph_get()
-        if _left is None or _left.scene != scene.name:
-            _left = caches.FrameCaches(scene.name, MeshCache(learns=True))
+        if _preview.caches is None or _preview.caches[0] != scene.name:
+            _preview.caches = (scene.name, FrameCaches(MeshCache(learns=True)))
         translation = translate(
             depsgraph, scene, (1, 1), (0, 0, 1, 1),
-            light_falloff=scene.hybrid.light_falloff, camera=view.camera(1), kept=_left.meshes,
+            light_falloff=scene.hybrid.light_falloff, camera=view.camera(1), kept=_preview.caches[1].meshes,
         )  # fmt: skip
-        _translated = (_edits, scene.name, translation.scene)
-    return _translated[2]
+        _preview.translated = (_preview.edits, scene.name, translation.scene)
+    return _preview.translated[2]
 
 
 def _keep(job: Job) -> None:
     """Keep what has been prepared to trace for the next view of the same scene."""
-    global _compiled
     if job.compiled is not None:
-        _compiled = (job.scene, job.compiled)
+        _preview.compiled = (job.scene, job.compiled)
 
 
 # ------------------------------------------------------------------------------------------------ on and off
@@ -223,27 +233,25 @@ def _keep(job: Job) -> None:
 
 def register() -> None:
     """Add the draw handler; nothing runs in the background."""
-    global _handle
     if bpy.app.background:
         return
-    _handle = bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW")
+    _preview.draw = bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW")
     for name in CHANGES:
         getattr(bpy.app.handlers, name).append(_on_change)
 
 
 def unregister() -> None:
     """Remove it, and stop all work."""
-    global _handle
-    if _handle is None:
+    if _preview.draw is None:
         return
-    bpy.types.SpaceView3D.draw_handler_remove(_handle, "WINDOW")
-    _handle = None
+    bpy.types.SpaceView3D.draw_handler_remove(_preview.draw, "WINDOW")
+    _preview.draw = None
     for name in CHANGES:
         getattr(bpy.app.handlers, name).remove(_on_change)
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
-    jobs = [viewport.job for viewport in _viewports.values() if viewport.job is not None]
-    _viewports.clear()
+    jobs = [viewport.job for viewport in _preview.viewports.values() if viewport.job is not None]
+    _preview.viewports.clear()
     for job in jobs:
         job.join()
     forget()

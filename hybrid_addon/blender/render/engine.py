@@ -19,9 +19,10 @@ from ...clock import Clock
 from ...report.ended import ended_warnings
 from ...report.frame import frame_report
 from ...scene import Film, Float32, Raster
-from .. import view_layers
-from ..pipeline import eevee_shadows, evaluated, scene_setup
-from . import abort, caches, eevee_half, results, retrace
+from .. import session, view_layers
+from ..pipeline import compositor_setup, eevee_shadows, evaluated, scene_setup
+from ..session import Frame
+from . import abort, eevee_half, retrace
 from .settings import public_settings, tracer_settings
 
 Progress = Callable[[str, float], bool]
@@ -62,7 +63,7 @@ class HybridTracer(bpy.types.RenderEngine):
         if scene is None:
             self._fail("", f"scene '{depsgraph.scene.name}' {USE_EEVEE}")
             return
-        if results.current == depsgraph.scene.name:
+        if session.asked_for == depsgraph.scene.name:
             self._fail(scene.name, f"'{depsgraph.scene.name}' is the add-on's own scene: render '{scene.name}' instead")
             return
         try:
@@ -79,7 +80,7 @@ class HybridTracer(bpy.types.RenderEngine):
             window = _window(scene, resolution, (target.resolution_x, target.resolution_y))
             frame, film = trace_frame(scene, depsgraph, resolution, window, self._progress)
             _deliver(target, frame, film)
-            results.traced(scene.name, frame)
+            session.of(scene.name).deliver(frame)
             delivered = True
         except Cancelled:
             pass
@@ -100,7 +101,7 @@ class HybridTracer(bpy.types.RenderEngine):
         return not self.test_break()
 
     def _fail(self, scene: str, message: str) -> None:
-        results.errors[scene] = message
+        session.of(scene).error = message
         self.report({"ERROR"}, f"Hybrid: {message}")
         self.error_set(f"Hybrid: {message}")
         abort.plain_render()
@@ -112,13 +113,14 @@ def trace_frame(
     resolution: tuple[int, int],
     window: Window,
     progress: Progress,
-) -> tuple[results.Frame, Film]:
+) -> tuple[Frame, Film]:
     """Read the mask, translate, trace, premultiply: everything between EEVEE and the compositor."""
     from ...compositor import black_out, light_up, premultiply, shade
     from ...tracer import trace
     from ..sync import translate
 
-    timing = {"raster": results.since_start(scene.name)}
+    own = session.of(scene.name)
+    timing = {"raster": own.since_start()}
     mode = scene.hybrid.mode
 
     clock = Clock()
@@ -133,7 +135,7 @@ def trace_frame(
         held = retrace.hold(scene, window, drawn, mask, depth, albedo)
     timing["mask read"] = clock.read()
 
-    clock, left = Clock(), caches.of(scene.name)
+    clock, left = Clock(), session.caches_of(scene.name)
     translation = _stage(
         progress, "Translating the scene", translate, depsgraph, scene, resolution, window,
         light_falloff=scene.hybrid.light_falloff, kept=left.meshes,
@@ -149,9 +151,9 @@ def trace_frame(
 
     settings = tracer_settings(scene)
     _going_on(progress, "Building")
-    deadline = results.deadline(scene.name, scene.hybrid.time_budget, (window[2] - window[0]) * (window[3] - window[1]))
+    deadline = own.deadline(scene.hybrid.time_budget, (window[2] - window[0]) * (window[3] - window[1]))
     film = trace(traced_scene, settings, mask, lambda fraction: progress("Tracing", fraction), deadline, left.trees)
-    results.sampled(scene.name, film.time["develop"]["wall"])
+    own.sampled(film.time["develop"]["wall"])
     mask = film.coverage if mask is None else mask
     traced = premultiply(film.radiance, mask)
     if drawn is not None and not eevee_half.may_scatter(scene):
@@ -179,7 +181,7 @@ def trace_frame(
         ],
         skipped=[*notes, *left.skipped()],
     )
-    return results.Frame(window, drawn, mask, traced, report, data_passes(scene, film, mask)), film
+    return Frame(window, drawn, mask, traced, report, data_passes(scene, film, mask)), film
 
 
 def budget_warnings(scene: bpy.types.Scene, timing: dict[str, dict[str, float]], film: Film) -> list[str]:
@@ -190,7 +192,7 @@ def budget_warnings(scene: bpy.types.Scene, timing: dict[str, dict[str, float]],
     if budget < eevee and scene.hybrid.mode != "FULL":
         return [f"EEVEE alone took {eevee:.1f} s of the time budget of {budget:g} s: lower its samples"]
     others = {name: clock["wall"] for name, clock in timing.items() if name != "raster"}
-    ready, spent = sum(others.values()) + film.time["build"]["wall"], results.since_start(scene.name)["wall"]
+    ready, spent = sum(others.values()) + film.time["build"]["wall"], session.of(scene.name).since_start()["wall"]
     if spent > budget:
         return [
             f"the frame took {spent:.2f} s, over its time budget of {budget:g} s: before the tracer {eevee:.2f} s, "
@@ -203,8 +205,6 @@ def budget_warnings(scene: bpy.types.Scene, timing: dict[str, dict[str, float]],
 
 def scene_warnings(scene: bpy.types.Scene) -> list[str]:
     """What the pipeline itself cannot do in this scene."""
-    from ..pipeline import nodes
-
     warnings, settings = [], scene.hybrid
     source = scene_setup.source_layer(scene)
     others = [
@@ -214,7 +214,7 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
     ]
     if others:
         warnings.append(f"only view layer '{source.name}' is hybrid; drawn by EEVEE alone: {', '.join(others)}")
-    if nodes.feeds_nothing(scene, source):
+    if compositor_setup.feeds_nothing(scene, source):
         warnings.append(f"the compositor does not use view layer '{source.name}': the ray traced half does not show")
     if settings.traced_shadows != "OFF" and settings.caustics == "PHOTONS" and settings.mode == "FULL":
         warnings.append("Photons light what EEVEE draws, and in mode Full it draws nothing: use Simple caustics there")
@@ -273,7 +273,7 @@ def pass_name(name: str) -> str:
     return name.title().replace("_", "-")
 
 
-def _deliver(target: bpy.types.RenderResult, frame: results.Frame, film: Film) -> None:
+def _deliver(target: bpy.types.RenderResult, frame: Frame, film: Film) -> None:
     passes = target.layers[0].passes
     if frame.raster is not None:
         passes[retrace.PASS].rect.foreach_set(frame.raster.ravel())

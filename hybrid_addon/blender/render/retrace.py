@@ -9,42 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 import bpy
 
 from ...scene import Float32, Scene, TriangleMesh
+from .. import session
 from ..errors import HybridError
 from ..pipeline import nodes, scene_setup
+from ..session import EeveeHalf
 from ..sync.cache import same
-from . import results
 from .snapshot import Snapshot
 
 PASS = "Raster"
-
-
-@dataclass(eq=False)
-class Held:
-    """EEVEE's half of the last render of a scene.
-
-    raster, mask, depth, albedo : as `raster.read` gives them, over `window`.
-    drawn    : what the tracer knows of all that EEVEE draws: places and lights, meshes.
-    shadows  : whether the shadows of ray traced objects were left out of it.
-    """
-
-    window: tuple[int, int, int, int]
-    raster: Float32
-    mask: Float32
-    depth: Float32 | None
-    albedo: Float32 | None
-    frame: int
-    shadows: bool
-    snapshot: Snapshot
-    drawn: tuple[dict[str, list[object]], list[TriangleMesh]] | None = None
-
-
-_held: dict[str, Held] = {}  # by the scene's name
-_snapshots: dict[str, Snapshot] = {}  # of renders that have begun
 
 
 # ------------------------------------------------------------------------------------------------ the render tells
@@ -52,10 +28,11 @@ _snapshots: dict[str, Snapshot] = {}  # of renders that have begun
 
 def begins(scene: bpy.types.Scene) -> None:
     """A render of this scene begins: remember what it looks like now."""
-    if scene.name not in scene_setup.retraced and scene_setup.is_active(scene):
+    own = session.of(scene.name)
+    if not own.retracing and scene_setup.is_active(scene):
         if bpy.app.background:
             scene.view_layers[0].update()  # its first update tells of everything
-        _snapshots[scene.name] = Snapshot(scene)
+        own.snapshot = Snapshot(scene)
 
 
 def hold(
@@ -65,23 +42,23 @@ def hold(
     mask: Float32,
     depth: Float32 | None,
     albedo: Float32 | None,
-) -> Held | None:
+) -> EeveeHalf | None:
     """Keep EEVEE's half, that has just been read. None: the render began without our hearing of it."""
-    snapshot = _snapshots.get(scene.name)
-    if snapshot is None:
+    own = session.of(scene.name)
+    if own.snapshot is None:
         return None
     shadows = scene_setup.traces_shadows(scene)
-    held = Held(window, raster, mask, depth, albedo, scene.frame_current, shadows, snapshot)
-    _held[scene.name] = held
-    return held
+    own.eevee_half = EeveeHalf(window, raster, mask, depth, albedo, scene.frame_current, shadows, own.snapshot)
+    return own.eevee_half
 
 
-def held(scene: bpy.types.Scene) -> Held | None:
+def held(scene: bpy.types.Scene) -> EeveeHalf | None:
     """EEVEE's half, if the render that runs is a retrace."""
-    return _held.get(scene.name) if scene.name in scene_setup.retraced else None
+    own = session.of(scene.name)
+    return own.eevee_half if own.retracing else None
 
 
-def check_drawn(known: Held, scene: Scene) -> None:
+def check_drawn(known: EeveeHalf, scene: Scene) -> None:
     """Raise HybridError if EEVEE would draw anything else now; the first time only remember what it drew."""
     meshes = [scene.meshes[instance.mesh] for instance in scene.instances]
     drawn = (_places(scene), meshes)
@@ -115,18 +92,15 @@ def _same_shape(a: TriangleMesh, b: TriangleMesh) -> bool:
 
 def touched(depsgraph: bpy.types.Depsgraph) -> None:
     """The dependency graph of a viewport has been updated."""
-    if depsgraph.mode != "VIEWPORT" or not (_snapshots or _held):
+    if depsgraph.mode != "VIEWPORT":
         return
-    snapshots = {id(s): s for s in (*_snapshots.values(), *(known.snapshot for known in _held.values()))}
+    held = [own.eevee_half.snapshot for own in session.everyone() if own.eevee_half]
+    snapshots = {id(s): s for s in (*held, *(own.snapshot for own in session.everyone() if own.snapshot))}
+    if not snapshots:
+        return
     for b_update in depsgraph.updates:
         for snapshot in snapshots.values():
             snapshot.touch(b_update)
-
-
-def forget() -> None:
-    """Let go of everything."""
-    _held.clear()
-    _snapshots.clear()
 
 
 # ------------------------------------------------------------------------------------------------ doors
@@ -141,7 +115,7 @@ def why_not(scene: bpy.types.Scene, thorough: bool = False) -> str:
         return scene_setup.why_inactive(scene) or "switch Hybrid on and render first"
     if scene_setup.effective_mode(scene) != "HYBRID":
         return "only in mode Hybrid, with ray traced objects, there is a picture of EEVEE to trace over"
-    known = _held.get(scene.name)
+    known = session.of(scene.name).eevee_half
     if known is None:
         return "there is no render to trace over: press F12 first"
     if known.frame != scene.frame_current:
@@ -171,7 +145,7 @@ def _other_layers(scene: bpy.types.Scene) -> str:
 
 def frame_of(scene: bpy.types.Scene) -> int | None:
     """The frame of its last render, if there is one to trace over."""
-    known = _held.get(scene.name)
+    known = session.of(scene.name).eevee_half
     return known.frame if known else None
 
 
@@ -180,18 +154,19 @@ def begin(scene: bpy.types.Scene) -> None:
     reason = why_not(scene, thorough=True)
     if reason:
         raise HybridError(f"cannot retrace: {reason}")
-    scene_setup.retraced.add(scene.name)
+    session.of(scene.name).retracing = True
     scene_setup.sync(scene)
 
 
 def end(name: str) -> None:
     """The next render of the scene of this name is a whole one again."""
-    scene_setup.retraced.discard(name)
+    own = session.of(name)
+    own.retracing = False
     scene = bpy.data.scenes.get(name)
     if scene is not None:
         scene_setup.sync(scene)
-        if results.errors.get(name):
-            _held.pop(name, None)
+        if own.error:
+            own.eevee_half = None
 
 
 @contextmanager
@@ -216,5 +191,5 @@ def finished(name: str) -> None:
         end(name)
         return None
 
-    if name in scene_setup.retraced and not bpy.app.background:
+    if session.of(name).retracing and not bpy.app.background:
         bpy.app.timers.register(again, first_interval=0.0)

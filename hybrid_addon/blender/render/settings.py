@@ -4,34 +4,29 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import bpy
 
 from ...scene import Settings
+from ...settings_table import RENDER
 from ..pipeline import scene_setup
 
 
 def tracer_settings(scene: bpy.types.Scene) -> Settings:
-    """The tracer's settings of a scene."""
+    """The tracer's settings of a scene: what both have by the same name, and what follows from several of them."""
+    own = {field.name for field in fields(Settings)} & {setting.name for setting in RENDER}
+    values = {name: getattr(scene.hybrid, name) for name in own}
+    values["occlusion_distance"] = scene.hybrid.occlusion_distance or scene.eevee.fast_gi_distance or math.inf
+    values["caustics"] = "NONE" if scene.hybrid.traced_shadows == "OFF" else scene.hybrid.caustics
     return Settings(
-        samples=scene.hybrid.samples,
-        max_depth=scene.hybrid.max_depth,
-        cutoff=scene.hybrid.cutoff,
-        adaptive=scene.hybrid.adaptive,
-        shadow_samples=scene.hybrid.shadow_samples,
-        rough_samples=scene.hybrid.rough_samples,
-        occlusion_samples=scene.hybrid.occlusion_samples,
-        occlusion_distance=scene.hybrid.occlusion_distance or scene.eevee.fast_gi_distance or math.inf,
+        **values,
         raster_shadows=scene_setup.traces_shadows(scene),
-        caustics="NONE" if scene.hybrid.traced_shadows == "OFF" else scene.hybrid.caustics,
-        photons=scene.hybrid.photons,
         passes=frozenset(name.lower() for name in scene.hybrid.passes) - {"shadow", "residual"},
         filter_radius=scene.render.filter_size,
         camera_sees="ALL" if scene.hybrid.mode == "FULL" else "RAY_TRACED",
         transparent=scene.render.film_transparent,
-        threads=scene.hybrid.threads,
         processes=True,
     )
 
@@ -53,26 +48,8 @@ def preview_settings(scene: bpy.types.Scene) -> Settings:
 
 def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:
     """What the report says of the settings."""
-    names = (
-        "mode",
-        "samples",
-        "max_depth",
-        "cutoff",
-        "adaptive",
-        "time_budget",
-        "shadow_samples",
-        "rough_samples",
-        "occlusion_samples",
-        "occlusion_distance",
-        "traced_shadows",
-        "caustics",
-        "photons",
-        "raster_backed",
-        "light_falloff",
-        "threads",
-    )
     return {
-        **{name: getattr(scene.hybrid, name) for name in names},
+        **{setting.name: getattr(scene.hybrid, setting.name) for setting in RENDER},
         "passes": sorted(scene.hybrid.passes),
         "eevee_samples": scene.eevee.taa_render_samples,
         "filter_size": scene.render.filter_size,

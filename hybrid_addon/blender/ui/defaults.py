@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 import bpy
 
-from ..pipeline import scene_setup
+from ..pipeline.guard import guard
 
 VERSION = 1
 
@@ -23,7 +23,7 @@ def pin(scenes: Iterable[bpy.types.Scene]) -> None:
     for scene in scenes:
         if not _is_ours(scene) or scene.hybrid.version:
             continue
-        with scene_setup.guard():  # no callback of a property need do anything
+        with guard():  # no callback of a property need do anything
             for name, value in FIRST.items():
                 if not scene.hybrid.is_property_set(name):
                     setattr(scene.hybrid, name, value)

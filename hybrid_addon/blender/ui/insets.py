@@ -6,6 +6,7 @@ until the engine lets go of the interpreter, the engine, which reads the render 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import blf
@@ -13,8 +14,9 @@ import bpy
 import numpy as np
 
 from ...scene import Float32
+from .. import session
 from ..preview.display import Display
-from ..render import results
+from ..session import Frame
 from . import picker
 
 PIXELS = 320
@@ -26,9 +28,22 @@ SHARE = 0.2
 MARGIN, LABEL = 10, 11
 """Around each inset, and the size of its name, in pixels of a display of scale 1."""
 
-_pictures: tuple[Any, dict[str, Float32]] | None = None  # (frame and display, what they look like)
-_quads: tuple[Any, list[tuple[str, Any]]] | None = None  # (the same and the rectangles, what is drawn)
-_whole: tuple[Any, Any] | None = None  # (frame, display, what is shown and where; the same as drawn)
+
+@dataclass(eq=False)
+class _Drawn:
+    """What was drawn last, each with what it was made of; the same is not made again.
+
+    pictures : (frame and display, what the insets look like).
+    quads    : (the same and their rectangles, what is drawn).
+    whole    : (frame, display, what is shown and where; what is drawn).
+    """
+
+    pictures: tuple[Any, dict[str, Float32]] | None = None
+    quads: tuple[Any, list[tuple[str, Any]]] | None = None
+    whole: tuple[Any, Any] | None = None
+
+
+_drawn = _Drawn()
 
 
 def redraw() -> None:
@@ -46,7 +61,7 @@ class HYBRID_GT_insets(bpy.types.Gizmo):
 
     def draw(self, context: bpy.types.Context) -> None:
         """In each redraw of an image editor."""
-        frame = results.frames.get(context.scene.name)
+        frame = session.of(context.scene.name).frame
         if frame is None:
             return
         if context.scene.hybrid.shown != "PICTURE":
@@ -80,25 +95,24 @@ class HYBRID_GGT_insets(bpy.types.GizmoGroup):
         self.gizmos.new(HYBRID_GT_insets.bl_idname)
 
 
-def _draw_whole(context: bpy.types.Context, frame: results.Frame) -> None:
+def _draw_whole(context: bpy.types.Context, frame: Frame) -> None:
     """One of the parts, exactly over the picture."""
-    global _whole
     scene, region = context.scene, context.region
     x0, y0, x1, y1 = picker.shown_window(scene)
     corners = [((x - x0) / (x1 - x0), (y - y0) / (y1 - y0)) for x, y in (frame.window[:2], frame.window[2:])]
     rectangle = tuple(n for corner in corners for n in region.view2d.view_to_region(*corner, clip=False))
     key = (id(frame), Display.of(scene), scene.hybrid.shown, rectangle)
-    if _whole is None or _whole[0] != key:
+    if _drawn.whole is None or _drawn.whole[0] != key:
         pixels = part(frame, key[1], key[2])
-        _whole = (key, None if pixels is None else _quad(pixels, rectangle))
-    if _whole[1] is not None:
-        _whole[1].draw((region.width, region.height))
+        _drawn.whole = (key, None if pixels is None else _quad(pixels, rectangle))
+    if _drawn.whole[1] is not None:
+        _drawn.whole[1].draw((region.width, region.height))
         scale = context.preferences.system.ui_scale
         name = scene.hybrid.bl_rna.properties["shown"].enum_items[scene.hybrid.shown].name
         _label(name, rectangle[0] + 4 * scale, rectangle[3] - (LABEL + 3) * scale, scale)
 
 
-def part(frame: results.Frame, display: Display, shown: str) -> Float32 | None:
+def part(frame: Frame, display: Display, shown: str) -> Float32 | None:
     """What a part of a frame looks like: (h, w, 4) display values, opaque; None if there is none of it."""
     if shown == "MASK":
         gray = np.clip(frame.mask, 0, 1)
@@ -107,16 +121,15 @@ def part(frame: results.Frame, display: Display, shown: str) -> Float32 | None:
     return None if half is None else np.dstack([display.encode(half[..., :3]), np.ones_like(frame.mask)])
 
 
-def _draw(context: bpy.types.Context, frame: results.Frame) -> None:
-    global _pictures, _quads
+def _draw(context: bpy.types.Context, frame: Frame) -> None:
     key = (id(frame), Display.of(context.scene))
-    if _pictures is None or _pictures[0] != key:
-        _pictures = (key, pictures(frame, key[1]))
+    if _drawn.pictures is None or _drawn.pictures[0] != key:
+        _drawn.pictures = (key, pictures(frame, key[1]))
     scale = context.preferences.system.ui_scale
     rectangles = _rectangles(context, frame.mask.shape, round(MARGIN * scale))
-    if _quads is None or _quads[0] != (key, rectangles):
-        _quads = ((key, rectangles), _make_quads(_pictures[1], rectangles))
-    for (name, quad), (x0, _, _, y1) in zip(_quads[1], rectangles, strict=True):
+    if _drawn.quads is None or _drawn.quads[0] != (key, rectangles):
+        _drawn.quads = ((key, rectangles), _make_quads(_drawn.pictures[1], rectangles))
+    for (name, quad), (x0, _, _, y1) in zip(_drawn.quads[1], rectangles, strict=True):
         quad.draw((context.region.width, context.region.height))
         _label(name, x0 + 4 * scale, y1 - (LABEL + 3) * scale, scale)
 
@@ -132,7 +145,7 @@ def _label(text: str, x: float, y: float, scale: float) -> None:
     blf.disable(0, blf.SHADOW)
 
 
-def pictures(frame: results.Frame, display: Display) -> dict[str, Float32]:
+def pictures(frame: Frame, display: Display) -> dict[str, Float32]:
     """What a frame's insets look like, small: (h, w, 4) display values, opaque."""
     mask, traced = (_shrink(plane) for plane in (frame.mask[..., None], frame.traced[..., :3]))
     gray = np.repeat(np.clip(mask, 0, 1), 3, axis=2)
@@ -176,8 +189,7 @@ def _quad(pixels: Float32, rectangle: Any) -> Any:
 
 def forget() -> None:
     """Let go of the pictures."""
-    global _pictures, _quads, _whole
-    _pictures = _quads = _whole = None
+    _drawn.pictures = _drawn.quads = _drawn.whole = None
 
 
 CLASSES = (HYBRID_GT_insets, HYBRID_GGT_insets)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import bpy
 
 from ...report.frame import summary
-from .. import preview
+from .. import preview, session
 from ..api import GEOMETRY
 from ..flags import Flags
 from ..pipeline import scene_setup
-from ..render import results
 from . import picker
 
 COMPAT_ENGINES = {"BLENDER_EEVEE", "BLENDER_EEVEE_NEXT"}
@@ -152,7 +151,7 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
         for name in ("samples", "max_depth", "adaptive", "cutoff", "time_budget"):
             column.prop(settings, name)
         layout.operator("hybrid.retrace", icon="FILE_REFRESH")
-        report = results.reports.get(scene.name)
+        report = session.of(scene.name).report
         if report:
             column = layout.column(align=True)
             for line in summary(report):

@@ -268,6 +268,11 @@ def test_the_api_refuses_in_one_line(blend, call, words):
         call()
 
 
+def test_the_api_knows_no_other_settings(blend):
+    with pytest.raises(TypeError, match=r"render\(\) has no setting 'sample'; did you mean 'samples'"):
+        hybrid.render(mode="full", sample=1)
+
+
 @pytest.mark.parametrize("words", [["--preset", "draft"], ["--preset", "final", "--samples", "5", "--adaptive", "0.1"]])
 def test_a_preset_sets_the_quality_and_what_stands_beside_it_wins(blend, tmp_path, words):
     report = tmp_path / "r.json"

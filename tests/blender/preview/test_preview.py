@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 import hybrid_addon as hybrid
+from hybrid_addon.blender import session
 from hybrid_addon.blender.preview import view as view_module
 from hybrid_addon.blender.preview.display import Display
 from hybrid_addon.blender.preview.job import Job
 from hybrid_addon.blender.preview.view import View
-from hybrid_addon.blender.render import images, results
+from hybrid_addon.blender.render import images
 from hybrid_addon.blender.render.settings import preview_settings
 from hybrid_addon.blender.sync import Warnings, translate
 from hybrid_addon.blender.sync.camera import translate_camera
@@ -150,6 +151,6 @@ def test_f12_of_a_render_region_keeps_to_the_time_budget(scene):
     hybrid.mark(bpy.data.objects["Cube"], opacity=0.0)
     report = hybrid.render(scene, mode="full", samples=65536, time_budget=1.5).report
     assert report["time"]["total"]["wall"] < 2.5  # a machine that does other things, too
-    frame = results.frames[scene.name]
+    frame = session.of(scene.name).frame
     assert frame.window == (64, 96, 192, 192) and frame.mask.shape == (96, 128)
     assert any(entry["what"] == "samples" for entry in report["skipped"])

@@ -14,6 +14,7 @@ from hybrid_addon import tracer
 from hybrid_addon.blender import view_layers
 from hybrid_addon.blender.pipeline import scene_setup
 from hybrid_addon.blender.render import eevee_half, images
+from hybrid_addon.tracer.core.camera import project
 from hybrid_addon.tracer.core.constants import NO_DEPTH
 
 pytestmark = [pytest.mark.blender, pytest.mark.render]
@@ -102,7 +103,7 @@ def mirrored(rendered, picture):
     t = (WALL_Y - camera.matrix_world[1, 3]) / way[1]
     at = camera.matrix_world[:3, 3][:, None, None] + way * t
     at[2] = -at[2]
-    i, j, _ = tracer.camera.project(camera, at.reshape(3, -1))
+    i, j, _ = project(camera, at.reshape(3, -1))
     i, j = (np.clip(v, 0, size - 1).astype(int).reshape(x.shape) for v, size in ((i, WIDTH), (j, HEIGHT)))
     return picture[j, i], at[0]
 

@@ -6,8 +6,8 @@ import bpy
 import numpy as np
 import pytest
 
+from hybrid_addon.blender import session
 from hybrid_addon.blender.api import disable, mark, render
-from hybrid_addon.blender.render import caches
 from hybrid_addon.blender.sync import MeshCache, translate
 from hybrid_addon.blender.sync.cache import MAX_BYTES
 
@@ -41,9 +41,9 @@ def still_life(scene, tmp_path):
     shader = material.node_tree.nodes["Principled BSDF"]
     material.node_tree.links.new(shader.inputs["Base Color"], image.outputs["Color"])
     bpy.context.object.data.materials.append(material)
-    caches.forget()
+    session.forget()
     yield scene
-    caches.forget()
+    session.forget()
 
 
 def paint(path, red):
@@ -61,10 +61,10 @@ def kept(result):
 
 def both(scene, frame=None):
     """The frame after all before it, which must be the one of a fresh start."""
-    incremental = render(scene, frame=frame)
-    left, caches._last = caches._last, None
+    incremental, own = render(scene, frame=frame), session.of(scene.name)
+    left, own.caches = own.caches, None
     fresh = render(scene, frame=frame)
-    caches._last = left
+    own.caches = left
     assert not kept(fresh)
     np.testing.assert_array_equal(incremental.image, fresh.image)
     assert incremental.report["rays"] == fresh.report["rays"]
@@ -171,12 +171,12 @@ def test_a_flag_on_and_off_again_leaves_the_picture_as_it_was(still_life):
 
 def test_what_is_kept_is_let_go_of(still_life):
     render(still_life)
-    assert caches._last.meshes._meshes[1]
+    assert session.of(still_life.name).caches.meshes._meshes[1]
     disable(still_life)
-    assert caches._last is None
+    assert session.of(still_life.name).caches is None
     render(still_life)
     bpy.ops.wm.read_factory_settings()
-    assert caches._last is None
+    assert not session.everyone()
 
 
 @pytest.mark.parametrize("change", [pack_texture, paint_texture])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender.pipeline import nodes, scene_setup
+from hybrid_addon.blender.pipeline import compositor_setup, scene_setup
 from hybrid_addon.blender.render import images
 
 pytestmark = [pytest.mark.blender, pytest.mark.render]
@@ -49,7 +49,7 @@ def renders(addon):
     r.hybrid = hybrid.render(scene, **keep)
     r.again = hybrid.render(scene, threads=1, **keep)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(nodes, "needs_source", lambda *_: True)
+        patch.setattr(compositor_setup, "needs_source", lambda *_: True)
         r.both_layers = hybrid.render(scene, **keep)
         r.source_was_drawn = scene_setup.source_layer(scene).use
     r.raster = hybrid.render(scene, mode="raster")

@@ -6,10 +6,11 @@ import bpy
 import numpy as np
 import pytest
 
+from hybrid_addon.blender import session
 from hybrid_addon.blender.api import HybridError, disable, enable, mark, render
 from hybrid_addon.blender.api import retrace as trace_again
 from hybrid_addon.blender.pipeline import scene_setup
-from hybrid_addon.blender.render import results, retrace
+from hybrid_addon.blender.render import retrace
 from hybrid_addon.blender.render.snapshot import Snapshot
 
 pytestmark = pytest.mark.blender
@@ -52,7 +53,7 @@ def test_a_retrace_equals_a_whole_render(hybrid, monkeypatch):
     change(hybrid)
     settings = {"samples": 3, "max_depth": 2, "cutoff": 0.01, "adaptive": 0.0}
     again = trace_again(hybrid, **settings)
-    assert structure(hybrid) == before and not scene_setup.retraced
+    assert structure(hybrid) == before and not any(own.retracing for own in session.everyone())
     assert again.report["skipped"][0]["what"] == "EEVEE's half of the picture"
     twice = trace_again(hybrid, **settings)
     whole = render(hybrid, **settings)
@@ -112,7 +113,7 @@ def test_a_frame_of_an_animation_is_retraced_at_its_frame(hybrid):
 def refused(scene, match, **settings):
     with pytest.raises(HybridError, match=match):
         trace_again(scene, **settings)
-    assert not scene_setup.retraced
+    assert not any(own.retracing for own in session.everyone())
 
 
 def flag(_scene):
@@ -129,7 +130,7 @@ def edit_hidden(scene):
     floor = bpy.data.objects["Floor"]
     floor.hide_viewport = True
     scene.view_layers[0].update()
-    retrace._held[scene.name].snapshot = Snapshot(scene)
+    session.of(scene.name).eevee_half.snapshot = Snapshot(scene)
     floor.data.vertices[0].co.z += 0.3
 
 
@@ -156,7 +157,7 @@ CHANGES = {
 def test_what_eevee_would_draw_otherwise_is_refused(hybrid):
     refused(hybrid, "press F12 first")
     render(hybrid)
-    kept = retrace._held[hybrid.name]
+    kept = session.of(hybrid.name).eevee_half
     assert bpy.ops.hybrid.retrace.poll()
     for name, (edit, reason) in CHANGES.items():
         if name == "the frame":
@@ -164,7 +165,7 @@ def test_what_eevee_would_draw_otherwise_is_refused(hybrid):
             hybrid.frame_set(1)
             continue
         kept.snapshot = Snapshot(hybrid)
-        retrace._held[hybrid.name] = kept
+        session.of(hybrid.name).eevee_half = kept
         assert retrace.why_not(hybrid, thorough=True) == "", name
         edit(hybrid)
         refused(hybrid, reason)
@@ -172,7 +173,7 @@ def test_what_eevee_would_draw_otherwise_is_refused(hybrid):
         bpy.data.objects["Cube"].location.x = 0
         bpy.data.objects.get("Floor") and setattr(bpy.data.objects["Floor"].hybrid, "ray_traced", False)
     disable(hybrid)
-    assert not retrace._held
+    assert session.of(hybrid.name).eevee_half is None
 
 
 def test_settings_that_change_what_eevee_draws_are_refused(hybrid):
@@ -207,9 +208,9 @@ def test_a_failure_leaves_the_pipeline_as_it_was(hybrid, monkeypatch):
     monkeypatch.setattr(tracer, "trace", fail)
     with pytest.raises(HybridError, match="no"):
         trace_again(hybrid)
-    assert structure(hybrid) == before and not scene_setup.retraced
+    assert structure(hybrid) == before and not any(own.retracing for own in session.everyone())
     monkeypatch.undo()
-    results.errors.clear()
+    session.of(hybrid.name).error = ""
     equal(render(hybrid), trace_again(hybrid))
 
 
@@ -218,7 +219,7 @@ def test_the_operator_says_why_it_is_greyed_out(hybrid):
     render(hybrid)
     change(hybrid)
     assert bpy.ops.hybrid.retrace.poll()
-    assert bpy.ops.hybrid.retrace() == {"FINISHED"} and not scene_setup.retraced
+    assert bpy.ops.hybrid.retrace() == {"FINISHED"} and not any(own.retracing for own in session.everyone())
 
 
 def test_a_snapshot_knows_what_is_given_to_geometry_nodes(scene):

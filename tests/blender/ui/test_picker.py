@@ -8,7 +8,7 @@ import pytest
 
 from hybrid_addon.blender.errors import HybridError
 from hybrid_addon.blender.preview.display import Display
-from hybrid_addon.blender.render import results
+from hybrid_addon.blender.session import Frame
 from hybrid_addon.blender.ui import insets, picker
 
 pytestmark = pytest.mark.blender
@@ -68,7 +68,7 @@ def test_insets_are_small_means_of_mask_and_traced_half(scene):
     mask[0, 500] = 0
     traced = np.where(mask[..., None] > 0, np.float32([0.18, 0.18, 0.18, 1]), np.float32(0))
     scene.view_settings.view_transform = "Standard"
-    shown = insets.pictures(results.Frame((0, 0, 1000, 600), None, mask, traced, {}), Display.of(scene))
+    shown = insets.pictures(Frame((0, 0, 1000, 600), None, mask, traced, {}), Display.of(scene))
     assert {name: picture.shape for name, picture in shown.items()} == {
         "Mask": (150, 250, 4),
         "Traced": (150, 250, 4),
@@ -82,7 +82,7 @@ def test_insets_are_small_means_of_mask_and_traced_half(scene):
 def test_a_part_in_full_size_has_every_pixel(scene):
     mask = np.linspace(0, 1, 6, dtype=np.float32).reshape(2, 3)
     traced = np.dstack([mask, 0 * mask, 0 * mask, mask])
-    frame = results.Frame((0, 0, 3, 2), None, mask, traced, {})
+    frame = Frame((0, 0, 3, 2), None, mask, traced, {})
     scene.view_settings.view_transform = "Standard"
     display = Display.of(scene)
     np.testing.assert_array_equal(insets.part(frame, display, "MASK")[..., 1], mask)

@@ -1,0 +1,204 @@
+"""One session for each scene: what its last render gave, and what it left for the next one or for a retrace.
+
+The engine and the handlers fill it, on the render's thread; the API and the panels read it. It is known by the scene's
+name: a scene that is renamed begins anew, and nothing is saved with a file.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+import bpy
+
+from ..clock import Clock
+from ..scene import Float32, TriangleMesh
+from .sync import MeshCache
+
+if TYPE_CHECKING:
+    from ..tracer import SceneCache
+
+FIRST_TAIL = 4e-7
+"""Seconds a pixel to develop, deliver and composite a frame, before one has been measured: twice what the sample scenes
+take, on 2 cores."""
+
+SHORTEST_TAIL = 0.02
+"""Seconds for it, however few the pixels."""
+
+
+@dataclass(eq=False)
+class Frame:
+    """One traced frame over the rendered window: raster, traced (h, w, 4), mask (h, w), float32, associated alpha.
+
+    passes : the data passes that were asked for, by name: (h, w) or (h, w, 3) float32.
+    """
+
+    window: tuple[int, int, int, int]
+    raster: Float32 | None
+    mask: Float32
+    traced: Float32
+    report: dict[str, Any]
+    passes: dict[str, Float32] = field(default_factory=dict)
+
+
+def _trees() -> SceneCache:
+    from ..tracer import SceneCache  # a missing library must not keep Blender from loading the add-on
+
+    return SceneCache()
+
+
+@dataclass(eq=False)
+class FrameCaches:
+    """What the translator and what the tracer have left for the next frame."""
+
+    meshes: MeshCache = field(default_factory=MeshCache)
+    trees: SceneCache = field(default_factory=_trees)
+
+    def skipped(self) -> list[dict[str, Any]]:
+        """What of it the frame in work could use, as a report says it."""
+        counts = {"meshes": self.meshes.meshes, "images": self.meshes.images}
+        return [{"what": w, "why": "kept from the last frame", "count": n} for w, n in counts.items() if n]
+
+
+class Witness(Protocol):
+    """Who knows what a scene looked like, and so what has changed (render/snapshot.py)."""
+
+    def touch(self, b_update: bpy.types.DepsgraphUpdate) -> None:
+        """The dependency graph has been told of a change."""
+
+    def reason(self, scene: bpy.types.Scene, thorough: bool = False) -> str:
+        """What has changed, as the subject and verb of a sentence; "" if nothing has."""
+
+
+@dataclass(eq=False)
+class EeveeHalf:
+    """EEVEE's half of the last render of a scene.
+
+    raster, mask, depth, albedo : as `eevee_half.read` gives them, over `window`.
+    shadows  : whether the shadows of ray traced objects were left out of it.
+    snapshot : the scene as it was when that render began.
+    drawn    : what the tracer knows of all that EEVEE draws: places and lights, meshes.
+    """
+
+    window: tuple[int, int, int, int]
+    raster: Float32
+    mask: Float32
+    depth: Float32 | None
+    albedo: Float32 | None
+    frame: int
+    shadows: bool
+    snapshot: Witness
+    drawn: tuple[dict[str, list[object]], list[TriangleMesh]] | None = None
+
+
+@dataclass(eq=False)
+class Session:
+    """What the add-on remembers of one scene.
+
+    frame, report  : of the last render; the report stays, for the panel, while the next frame is in work.
+    error          : why the last trace failed, one line; "" if it did not.
+    caches         : for the next render (`caches_of`).
+    snapshot       : the scene as it was when its last render began.
+    eevee_half     : what a retrace goes over.
+    retracing      : whether the next render takes EEVEE's half from `eevee_half` (render/retrace.py).
+    casting        : names of objects that keep EEVEE's shadows because something shows them that is not ray traced.
+    """
+
+    frame: Frame | None = None
+    report: dict[str, Any] | None = None
+    error: str = ""
+    caches: FrameCaches | None = None
+    snapshot: Witness | None = None
+    eevee_half: EeveeHalf | None = None
+    retracing: bool = False
+    casting: list[str] = field(default_factory=list)
+    _start: Clock | None = None  # when the frame began
+    _delivered: Clock | None = None  # when the engine had done its part
+    _sampled: float | None = None  # when the last sample was taken
+    _tail: float = FIRST_TAIL  # seconds a pixel from there to the end of the frame
+
+    def begin_frame(self) -> None:
+        """A frame of this scene begins: forget the last one."""
+        self.frame, self.error, self._delivered = None, "", None
+        self._start = Clock()
+
+    def since_start(self) -> dict[str, float]:
+        """Seconds since the frame began, wall and cpu."""
+        self._start = self._start or Clock()
+        return self._start.read()
+
+    def deadline(self, budget: float, pixels: int) -> float:
+        """When to stop tracing, on time.perf_counter's clock, so that the frame ends within its budget (0: never).
+
+        What comes after is taken to last as long as in this scene's last frame.
+        """
+        if budget <= 0:
+            return math.inf
+        self._start = self._start or Clock()
+        return self._start.wall + budget - max(SHORTEST_TAIL, self._tail * pixels)
+
+    def sampled(self, ago: float) -> None:
+        """So many seconds ago the last sample was taken."""
+        self._sampled = time.perf_counter() - ago
+
+    def deliver(self, frame: Frame) -> None:
+        """The engine has delivered; Blender composites next."""
+        self.frame, self.report = frame, frame.report
+        self._delivered = Clock()
+
+    def end_frame(self) -> None:
+        """The frame is complete: add the times that only its end knows."""
+        if self.frame is None or self._delivered is None:
+            return
+        timing = self.frame.report["time"]
+        timing["composite"] = self._delivered.read()
+        timing["total"] = self.since_start()
+        if self._sampled is not None:
+            self._tail = (time.perf_counter() - self._sampled) / self.frame.mask.size
+            self._sampled = None
+
+    def release(self) -> None:
+        """Hybrid is switched off here: let go of all that is kept for another render, not of what the last one gave."""
+        self.caches = self.snapshot = self.eevee_half = None
+
+
+_sessions: dict[str, Session] = {}  # by the scene's name
+
+asked_for = ""
+"""Name of the scene that Blender is asked to render, or was last."""
+
+
+def of(name: str) -> Session:
+    """The session of the scene of this name."""
+    return _sessions.setdefault(name, Session())
+
+
+def everyone() -> list[Session]:
+    """All sessions that there are."""
+    return list(_sessions.values())
+
+
+def begin_frame(name: str) -> None:
+    """Blender begins a frame of the scene of this name."""
+    global asked_for
+    asked_for = name
+    of(name).begin_frame()
+
+
+def caches_of(name: str) -> FrameCaches:
+    """What the last render of this scene has left; that of any other is let go of, which bounds the memory."""
+    own = of(name)
+    for session in everyone():
+        if session is not own:
+            session.caches = None
+    own.caches = own.caches or FrameCaches()
+    return own.caches
+
+
+def forget() -> None:
+    """Another file, or the end: let go of everything."""
+    global asked_for
+    _sessions.clear()
+    asked_for = ""
