@@ -138,7 +138,7 @@ def test_modifiers_are_applied_and_give_the_object_a_mesh_of_its_own(scene):
     assert sorted(len(mesh.triangles) for mesh in result.scene.meshes) == [12, 60]
 
 
-@pytest.mark.parametrize("ray traced", ["Cube", "Instancer", None])
+@pytest.mark.parametrize("ray_traced", ["Cube", "Instancer", None])
 def test_collection_instances_are_flagged_by_their_instancer(scene, ray_traced):
     """As EEVEE holds them out: an instance takes the holdout of what instances it, not of the object shown."""
     b_empty = collection_instance(bpy.data.objects["Cube"])
