@@ -1,6 +1,6 @@
 """Per-object hybrid rendering for Blender: EEVEE draws the world, a ray tracer draws the objects you tick.
 
-    scene.py      plain data: what is rendered, and every convention (units, axes, colour, row order)
+    scene/        plain data: what is rendered, and every convention (units, axes, colour, row order)
     tracer/       the Whitted ray tracer over Embree, pure numpy
     compositor.py how the two halves become one picture, pure numpy
     report/       error against run time, pure numpy

@@ -156,7 +156,7 @@ def test_no_file_is_too_long_to_read() -> None:
         ("hybrid_addon.tracer.film", False, "from ..compositor import shade", "hybrid_addon.compositor"),
         ("hybrid_addon.tracer", True, "from .. import compositor", "hybrid_addon.compositor"),
         ("hybrid_addon.compositor", False, "from .tracer.film import Film", "hybrid_addon.tracer.film"),
-        ("hybrid_addon.scene", False, "def f():\n    from . import tracer", "hybrid_addon.tracer"),
+        ("hybrid_addon.scene", True, "def f():\n    from .. import tracer", "hybrid_addon.tracer"),
         ("hybrid_addon.blender.sync.mesh", False, "from ...tracer import trace", "hybrid_addon.tracer"),
         (
             "hybrid_addon.report",

@@ -11,7 +11,6 @@ from ...scene import AreaLight, Float32, Float64
 from ..core.constants import FAR_AREA_RATIO
 from ..core.sampler import disk
 from ..core.vectors import Array, count, dot, orthonormal_basis, select, take
-from ..geometry.swept_boxes import OUTWARD, SweptBoxes
 from .form_factors import ellipse_form_factor, form_factor
 from .light import Bools, Illumination, Lobe, UnitSquare, register
 from .located import LocatedLight, range_window
@@ -123,11 +122,6 @@ class CompiledAreaLight(LocatedLight):
         x, y = dot(u / (u @ u), place), dot(v / (v @ v), place)
         inside = x * x + y * y <= 1 if self.is_round else (np.abs(x) <= 1) & (np.abs(y) <= 1)
         return (against > 0) & (t > 0) & inside, t
-
-    def swept_boxes(self, boxes: Float64) -> SweptBoxes:
-        """To the box around its parallelogram."""
-        reach = np.abs([self.light.axis_u, self.light.axis_v]).sum(axis=0) * OUTWARD
-        return self.swept_to(reach, boxes)
 
     def emission_toward(self, direction: Float64) -> Array:
         """Its projected area."""

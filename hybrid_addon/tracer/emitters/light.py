@@ -1,7 +1,7 @@
 """What a light is: the interface that every kind of light fulfils, and the table of all kinds.
 
 A kind of light is one file `emitters/*_light.py` with a subclass of `CompiledLight` (or of `LocatedLight`, which has a
-place and a range) that is registered for its dataclass of `scene.py`. Nothing else in the tracer asks what kind a light
+place and a range) that is registered for its dataclass of `scene`. Nothing else in the tracer asks what kind a light
 is. Formulas are EEVEE's (eevee_light_lib.glsl).
 
 Shapes: n points or rays are (3, n); positions are relative to the scene's centre unless said otherwise.
@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from ...scene import Float32, Float64
 from ..core.constants import LTC_FADE
 from ..core.vectors import Array, dot
-from ..geometry.swept_boxes import SweptBoxes
 
 Bools = NDArray[np.bool_]
 Bounds = tuple[Float64, Float64]
@@ -32,7 +31,7 @@ UnitSquare = tuple[Float32, Float32]
 
 
 class SceneLight(Protocol):
-    """What the dataclass of every light has in `scene.py`, with the meanings that `PointLight` gives it."""
+    """What the dataclass of every light has in `scene`, with the meanings that `PointLight` gives it."""
 
     color_field: ClassVar[str]
 
@@ -184,11 +183,6 @@ class CompiledLight(ABC):
         Exact: where this says no, `illuminate` gives exactly 0 at every such point, rounded as it may be.
         """
         return True
-
-    @abstractmethod
-    def swept_boxes(self, boxes: Float64) -> SweptBoxes:
-        """Where shadow rays go from boxes (b, 2, 3) to all places that `offset` knows. In the world, not relative to
-        the scene's centre: it is asked before that is known."""
 
     # -------------------------------------------------------------------------------------------- photons
 

@@ -11,7 +11,6 @@ from ...scene import Float32, Float64
 from ..core.constants import REACH_MARGIN
 from ..core.sampler import disk
 from ..core.vectors import Array, dot, orthonormal_basis
-from ..geometry.swept_boxes import SweptBoxes
 from .light import Bounds, CompiledLight, Photons, SceneLight, UnitSquare
 
 FAR = 1024.0
@@ -90,10 +89,6 @@ class LocatedLight(CompiledLight):
             return True
         furthest = np.where(ahead > 0, high, low) - place  # of all corners, in the direction in which it shines
         return float(ahead @ furthest) > -margin
-
-    def swept_to(self, reach: Float64, boxes: Float64) -> SweptBoxes:
-        """Shadow rays from boxes (b, 2, 3) to a box around its position: corners (2, 3) or (b, 2, 3) from there."""
-        return SweptBoxes(boxes, np.asarray(self.light.position, np.float64) + reach - boxes, 1.0)
 
     def emit_photons(self, center: Float64, radius: float, aim: UnitSquare, spread: UnitSquare) -> Photons:
         """From all of its shape, turned towards the ball as towards a receiver."""

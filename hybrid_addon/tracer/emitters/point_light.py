@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...scene import Float32, Float64, PointLight
-from ..core.constants import LEAST_LAMP, LEAST_RADIUS, NEAR_BALL
+from ..core.constants import LEAST_LAMP, NEAR_BALL
 from ..core.vectors import Array, dot
-from ..geometry.swept_boxes import OUTWARD, SweptBoxes
 from .facing_disk import lobe_over_facing_disk, point_on_facing_disk
 from .light import Bools, Illumination, Lobe, UnitSquare, register
 from .located import LocatedLight
@@ -93,15 +92,6 @@ class CompiledPointLight(LocatedLight):
         inside = dot(toward, toward) < r2
         t = along - np.sqrt(half)
         return inside | ((half >= 0) & (t > 0)), np.where(inside, 0.0, t)
-
-    def swept_boxes(self, boxes: Float64) -> SweptBoxes:
-        """To a cube around the disk, as large as it is seen from the nearest place of each box."""
-        if self.light.soft_falloff:
-            return self.swept_to(self.light.radius * OUTWARD, boxes)
-        place = np.asarray(self.light.position, np.float64)
-        gap = np.maximum(np.maximum(boxes[:, 0] - place, place - boxes[:, 1]), 0.0)
-        d2 = np.maximum((gap**2).sum(axis=1), LEAST_RADIUS)
-        return self.swept_to(disk_of_ball(self.light.radius, d2)[:, None, None] * OUTWARD, boxes)
 
     def photon_fading(self, distance: Float64) -> Array:
         """Its range, and its soft falloff."""

@@ -11,7 +11,6 @@ from ...scene import Float32, Float64, SunLight
 from ..core.constants import LEAST_LAMP
 from ..core.sampler import disk
 from ..core.vectors import Array, dot, normalize, orthonormal_basis
-from ..geometry.swept_boxes import OUTWARD, SweptBoxes
 from .facing_disk import lobe_over_facing_disk, point_on_facing_disk
 from .light import Bools, CompiledLight, Illumination, Lobe, Photons, UnitSquare, register
 
@@ -79,12 +78,6 @@ class CompiledSunLight(CompiledLight):
         off = direction - axis * along
         radius = np.tan(min(self.light.angle, np.pi) / 2)
         return (along > 0) & (dot(off, off) <= (radius * along) ** 2), np.full(along.shape, np.inf)
-
-    def swept_boxes(self, boxes: Float64) -> SweptBoxes:
-        """Boxes that move, and grow, towards the disk without an end."""
-        direction = np.asarray(self.light.direction, np.float64)
-        disk_box = direction / np.sqrt((direction**2).sum()) + abs(np.tan(self.light.angle / 2)) * OUTWARD
-        return SweptBoxes(boxes, np.broadcast_to(disk_box, boxes.shape), np.inf)
 
     def emit_photons(self, center: Float64, radius: float, aim: UnitSquare, spread: UnitSquare) -> Photons:
         """From the ball's own shadow disk, just before it; none to a plane."""

@@ -1,0 +1,119 @@
+"""Surfaces, and the textures and expressions that vary over them. Conventions: see the package."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from .numbers import BLACK, RGB, WHITE, Float32, Float64
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """An image: (height, width, 4) float32, scene-linear, straight alpha, row 0 at the bottom.
+
+    uv_transform : (2, 3) float64, applied to (u, v, 1) first (Blender's Mapping node).
+    uv_map       : name of the mesh's UV map, "" for the one that is active for rendering.
+    extension    : "SPHERE" goes around in u and ends in v, as an equirectangular image does.
+    tiles        : of a tiled image (UDIM), (column, row) -> pixels of the unit square of texture coordinates that
+                   begins there; `pixels` is what is seen everywhere else.
+    """
+
+    name: str
+    pixels: Float32
+    extension: Literal["REPEAT", "EXTEND", "CLIP", "MIRROR", "SPHERE"] = "REPEAT"
+    interpolation: Literal["LINEAR", "CLOSEST"] = "LINEAR"
+    uv_map: str = ""
+    uv_transform: Float64 = field(default_factory=lambda: np.eye(2, 3))
+    tiles: Mapping[tuple[int, int], Float32] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Expression:
+    """A number or colour that varies over a surface; expressions.py has the operations and works it out at each hit.
+
+    operation : its name there: "image", "attribute", "multiply", "ramp", ...
+    inputs    : numbers, colours and expressions.
+    data      : what the operation needs besides: the Texture of an image, the key of an attribute, a ramp's table.
+    """
+
+    operation: str
+    inputs: tuple[Value, ...] = ()
+    data: Any = None
+
+
+Value = float | RGB | Expression
+Number = float | Expression
+Color = RGB | Expression
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """How a surface answers light (Whitted, energy conserving; docs/reference/surface-model.md).
+
+    L = r Lr + (1 - r) [ o Llocal + (1 - o) (F Lr + (1 - F) Lt) ] + Le
+
+    with r `reflectivity` (Lr tinted by `reflection_tint`), o `opacity`, F the exact unpolarised Fresnel reflectance for
+    `ior`, Lt the refracted radiance tinted by `transmission_tint` at each crossing, and
+    Llocal = ambient base_color E_world / pi + sum over lights (diffuse base_color / pi + Phong specular) E_light.
+
+    Numbers and colours may be constants or an `Expression`. With `layered` the surface answers as EEVEE's
+    Principled does, and r, o, F above are the shares of what lies under its layers (tracer/materials/principled.py):
+    sheen, then coat, then the metal's or the dielectric's own reflection, whose Fresnel weight is taken from what is
+    below it.
+
+    base_color         : linear RGB albedo; of an image, Expression("image", (), Texture(...)).
+    ambient, diffuse   : weights of the world's diffuse light and of the lights' diffuse light, 0..1.
+    specular           : RGB reflectance at normal incidence of the Phong highlight (0 switches it off).
+    roughness          : 0..1 as in Principled (alpha = roughness^2); it sets the Phong exponent.
+    emission           : RGB radiance, added whatever the other weights are.
+    ior                : refractive index inside, against vacuum, > 0. Closed bodies that transmit nest: where some
+                         overlap the smallest displaces the others (an air bubble in water has IOR 1). An open
+                         sheet bends light once, by ior, whatever it lies in.
+    interface_tint     : tint of F Lr.
+    normal             : shading normal by a normal map or bump, or None: the mesh's.
+    edge_tint          : of a metal, at 82 degrees (F82), where `reflection_tint` holds at normal incidence; None: it
+                         reflects the same at all angles.
+    thin               : it transmits as a thin pane: straight on, both of its faces at once.
+    coat, coat_*       : weight 0..1, roughness, IOR of a clear coat, and the tint it gives to what is below.
+    sheen, sheen_*     : weight, roughness and colour of the fuzz on top.
+    absorption         : RGB, 1/m, >= 0: light that goes d metres through the solid keeps exp(-absorption d) of itself
+                         (Beer-Lambert). Only closed bodies that transmit have an inside; where some overlap, the
+                         smallest one's counts, as with ior.
+    culled             : its back faces are not there: rays pass as through nothing. Those of closed bodies that bend or
+                         absorb light are there: by them rays leave.
+    shadow_culled      : the same for shadow rays: what a light sees the back of is not in its way.
+    approximate        : the translator could not follow all that it is made of: what the raster shows of it is nearer.
+    """
+
+    name: str = ""
+    base_color: Color = (0.8, 0.8, 0.8)
+    ambient: float = 1.0
+    diffuse: float = 1.0
+    specular: Color = BLACK
+    roughness: Number = 0.5
+    emission: Color = BLACK
+    reflectivity: Number = 0.0
+    reflection_tint: Color = WHITE
+    opacity: Number = 1.0
+    transmission_tint: Color = WHITE
+    ior: float = 1.45
+    interface_tint: Color = WHITE
+    normal: Expression | None = None
+    layered: bool = False
+    edge_tint: Color | None = None
+    thin: bool = False
+    coat: Number = 0.0
+    coat_roughness: Number = 0.03
+    coat_ior: float = 1.5
+    coat_tint: Color = WHITE
+    sheen: Number = 0.0
+    sheen_roughness: Number = 0.5
+    sheen_tint: Color = WHITE
+    absorption: RGB = BLACK
+    culled: bool = False
+    shadow_culled: bool = False
+    approximate: bool = False
