@@ -404,18 +404,6 @@ def test_a_new_light_is_culled_where_it_reaches_nothing(build):
     assert any("turned away" in entry["why"] for entry in film.skipped)
 
 
-def test_objects_are_culled_by_where_its_shadow_rays_go(build):
-    """A card before the ring is needed, one far off is not."""
-    blue = build.matte((0, 0, 1))
-    cards = [(build.box((x, -0.5, 2.5), (x + 1, 0.5, 2.6)), blue, {"ray_traced": False}) for x in (-0.5, 60)]
-    parts = ((build.box((-1, -1, 0), (1, 1, 0.1)), build.matte()), *cards)
-    scene = build.scene(*parts, lights=(RING,), camera=build.camera((0, -5, 1), (0, 0, 0), (0, 0, 1), size=(24, 24)))
-    settings = replace(CAUGHT, raster_shadows=False)
-    film, everything = trace(scene, settings), trace(scene, replace(settings, keep=frozenset({"unmet"})))
-    np.testing.assert_array_equal(film.radiance, everything.radiance)
-    assert sum(entry["count"] for entry in film.skipped if entry["why"] == "no ray can meet them") == 1
-
-
 def test_a_new_light_is_validated(build):
     with pytest.raises(ValueError, match="light 'ring': outer must not be negative"):
         trace(stage(build, replace(RING, outer=-1.0)), ALL)
