@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The door by which Blender enters this extension. The house is the package hybrid_addon beside it.
 
 Nothing is imported before it is asked for: an import here would load the package twice in the test suite.

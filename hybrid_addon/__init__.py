@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Per-object hybrid rendering for Blender: EEVEE draws the world, a ray tracer draws the objects you tick.
 
     scene/        plain data: what is rendered, and every convention (units, axes, colour, row order)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Seconds: how long something took, and how much of the processors, whichever process used them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Putting the two halves of the picture together: arrays in, arrays out.
 
 Pictures are (height, width, 4) float32, scene-linear, with associated alpha; masks are (height, width) float32, 0..1.

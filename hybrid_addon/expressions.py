@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Expressions: numbers and colours that vary over a surface, and the operations that they are made of.
 
 Pure, and shared by the translator, which folds what is constant, and the tracer, which works out the rest at hits.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Quality presets: points on the measured front of error against run time, for the panel and for the report."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Every setting of a scene, once. Properties, flags, the Python interface and the report are made from these rows.
 
 A new setting is a row here, the code that reads it, and its translation (docs/developer/extending.md).

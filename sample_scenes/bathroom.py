@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The complex scene: the washroom of a private jet, most of it ray traced, with two lights that move."""
 
 from __future__ import annotations

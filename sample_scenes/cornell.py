@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The Cornell box of the thesis' figure 2.2: two spheres, red and green walls, and a mirror for the far wall."""
 
 from __future__ import annotations

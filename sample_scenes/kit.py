@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the scene builders share: a new scene, flags, camera, lights, animation, packed images, materials, counts."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Build the sample scenes and save them beside this file, or into another folder.
 
     python sample_scenes/make_scenes.py [--output DIR] [NAME ...]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Pictures made with numpy: everything that the sample scenes use as a texture is painted here.
 
 Each function returns an (height, width, 3) float array of sRGB values in 0..1, row 0 at the bottom.

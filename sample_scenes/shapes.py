@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes from profiles, sections and sweeps; where a modifier can do the work, the file stays small."""
 
 from __future__ import annotations

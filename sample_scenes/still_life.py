@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The simple and the intermediate scene of the thesis: a chequered floor, one light that moves and one fixed."""
 
 from __future__ import annotations

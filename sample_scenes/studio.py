@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A product photograph: glass, metal, car paint and a diamond on a sweep, lit by softboxes and a bar."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Runs in a process of its own with empty user resources: installs the zip, uses the add-on, removes it, reports JSON.
 
 python tests/package_driver.py ZIP REPORT.json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The locks on the rooms: who may import whom. ruff's banned-api says the same at the desk, with a message."""
 
 from __future__ import annotations

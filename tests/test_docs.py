@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Links and anchors of README and docs resolve, commands in them exist, and README stays one page."""
 
 from __future__ import annotations

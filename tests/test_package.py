@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The zip that users install: what is in it, what Blender's own validator says, and that it leaves nothing behind."""
 
 from __future__ import annotations
@@ -124,3 +125,10 @@ def test_the_door_opens_for_a_package_only() -> None:
     exec((ROOT / "__init__.py").read_text(encoding="utf-8"), door)
     with pytest.raises(AttributeError):
         door["__getattr__"]("pytest_plugins")
+
+
+def test_every_file_names_its_licence() -> None:
+    tops = ("hybrid_addon", "tools", "tests", "sample_scenes")
+    files = [ROOT / "__init__.py", *(path for top in tops for path in (ROOT / top).rglob("*.py"))]
+    line = "# SPDX-License-Identifier: GPL-3.0-or-later\n"
+    assert not [path for path in files if not path.read_text(encoding="utf-8").startswith(line)]

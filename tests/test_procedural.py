@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Procedural textures without Blender: against values that EEVEE drew, and facts about noise.
 
 The values are EEVEE's pixels (5.2, half floats; 4.5's are the same where not noted) of planes that emit the node's

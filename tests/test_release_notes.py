@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The notes of a release are its section of CHANGELOG, under headings that people know."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The table of settings: what its rows let through, and that all which is made from it has the same names."""
 
 from __future__ import annotations

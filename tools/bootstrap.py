@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Sets up the development environment: a virtual environment with tools/requirements.txt in it.
 
 Run as ``PYTHON tools/bootstrap.py .venv``. Does nothing when that is done already and the requirements are the same.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Builds the extension's zips and validates each, with Blender's own tool (it lies inside the bpy wheel).
 
 Run as ``python tools/build_extension.py`` for one zip per platform of the manifest, what a release consists of, or with

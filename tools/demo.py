@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """`make demo`: render a sample scene hybrid and lay raster, mask, traced and composite side by side.
 
 python tools/demo.py [SCENE.blend] [--output DIR] [--resolution WxH] [--samples N]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Fetches the wheels that the extension carries into wheels/, unmodified, and checks each against tools/wheels.sha256.
 
 Run as ``python tools/fetch_wheels.py`` (every wheel of the manifest; what is there already is only checked) or with the

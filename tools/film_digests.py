@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Prints one digest for each film of the sample scenes, and each value of the stability cases.
 
 Run before and after a change that must not change a picture, in the same environment, and compare the two outputs:

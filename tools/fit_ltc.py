@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Fits the table of linearly transformed cosines for highlights on rough surfaces (tracer/shading/ltc.npy).
 
 Run once (`python tools/fit_ltc.py`, some minutes); the table is committed. After Heitz, Dupuy, Hill and Neubelt 2016,

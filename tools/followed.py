@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """docs/followed.md: what the traced half follows of Blender, as the tables of sync/coverage have it.
 
 .venv/bin/python -m tools.followed        writes it; tests/blender/sync/test_coverage.py compares

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What leaving things out saves: a table, in Markdown, of each exact pruning in each file.
 
     python -m tools.prunings sample_scenes/*.blend FOLDER/*.blend [--only NAME ...] [--repeat 9] [--width 80]

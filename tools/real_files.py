@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Open .blend files of any origin, ask what needs rays, flag it, render hybrid beside EEVEE and Cycles.
 
 python tools/real_files.py FOLDER_OR_FILE ... --output DIR [--width 320] [--samples 4] [--flag NAME ...]

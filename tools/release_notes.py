@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Print the notes of one version from CHANGELOG.md: ``python tools/release_notes.py v0.1.0``.
 
 Ends with an error if the manifest has another version, or if CHANGELOG has no dated section for it (``--draft`` takes

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The Python interface: enable, disable, mark, unmark, advise, render, retrace, plan, explain; at the front door."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The one exception that people see: its text is one line that names what is wrong and what to do."""
 
 from __future__ import annotations

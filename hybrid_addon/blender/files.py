@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What is written beside the user's files and in Blender's temporary folder: whole or not at all, under safe names."""
 
 from __future__ import annotations

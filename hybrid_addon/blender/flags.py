@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Which objects are ray traced: by their own flag, or by that of a collection that they are in, or that they show.
 
 The pipeline (what EEVEE holds out) and the translator (what camera rays see) both ask here: they must never differ.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """When the pipeline has to look again: after edits, undo, load, save, append; once more before a background render."""
 
 from __future__ import annotations

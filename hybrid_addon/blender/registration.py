@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Everything that the add-on adds to Blender, in order, and its removal in reverse order."""
 
 from __future__ import annotations

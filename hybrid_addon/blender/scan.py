@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a scene holds, without rendering it: what would be traced (plan), what should be (advise), and why (explain)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """One session for each scene: what its last render gave, and what it left for the next one or for a retrace.
 
 The engine and the handlers fill it, on the render's thread; the API and the panels read it. It is known by the scene's

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """`python -m hybrid_addon`: Blender as a Python module, with the add-on registered, running one command."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The two view layers that matter: the user's, and the mask layer, which imitates it and holds our collection out.
 
 And what else it depends on what the objects in a layer look like.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Procedural textures: Blender's texture nodes that are formulas, worked out for many points at once.
 
 Pure numpy, float32 throughout: as on the graphics card, the integer part of a coordinate decides which cell it is in,

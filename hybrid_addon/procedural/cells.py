@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Voronoi Texture: octaves of cellular noise, and the node's outputs. Source: gpu_shader_material_fractal_voronoi."""
 
 from __future__ import annotations

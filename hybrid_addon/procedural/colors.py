@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Arithmetic of colours: hue, saturation and value, and the blend types of Mix Color that need more than one step."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Ways of texture coordinates: mapping, and projections of images onto spheres, tubes and boxes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Fresnel's equations: the one place for the nodes that ask for them and for the tracer's interfaces."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Gabor Texture: sparse convolution with Gabor kernels.
 
 Sources: Lagae et al. 2009 (the noise), Tavernier et al. 2019 (weights +-1, the sine part), Tricard et al. 2019 (phase

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Hashes that noise is made of: Bob Jenkins' lookup3 (2006), and PCG in 2 to 4 dimensions (Jarzynski & Olano 2020).
 
 All work on arrays of n numbers and wrap around at 32 bits.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Noise Texture: Perlin's improved gradient noise (2002) in 1 to 4 dimensions, and the fractals made of it.
 
 Sources: Perlin 2002; Musgrave, in Ebert et al., Texturing and Modeling (multifractals); gpu_shader_material_noise and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Checker, Gradient, Wave, Magic, Brick and White Noise. Sources: the nodes' GLSL, gpu_shader_material_tex_*."""
 
 from __future__ import annotations

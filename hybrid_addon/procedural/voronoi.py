@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """One octave of Worley's cellular noise (1996): a random point in each cell of a lattice, and what is near it.
 
 Sources: Worley 1996; Quilez, Voronoi borders (distance to the edge); gpu_shader_material_voronoi (hashes, the

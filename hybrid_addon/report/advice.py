@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Which objects need rays, why, and what rays would cost: a survey in words."""
 
 from __future__ import annotations

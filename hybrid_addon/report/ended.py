@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Whether light that is missing, because rays ended early, can be seen: one line that says where and what to do."""
 
 from __future__ import annotations

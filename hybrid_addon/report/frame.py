@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The report of one frame: a plain dict for JSON (docs/manual/report.md has its keys), and two lines for the panel."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A pixel's ray tree as text, for people."""
 
 from __future__ import annotations

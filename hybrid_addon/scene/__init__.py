@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the tracer renders: plain, frozen data with no behaviour and no Blender handles.
 
 Conventions, stated here once and valid in every pure module of the package:

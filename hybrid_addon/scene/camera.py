@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Cameras. Conventions: see the package."""
 
 from __future__ import annotations

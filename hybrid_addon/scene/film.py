@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a render is asked for, what it looks at, and what it gives. Conventions: see the package."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes, their instances, and analytic shapes. Conventions: see the package."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Lights, the world, and what becomes of their light where it arrives. Conventions: see the package."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Types of the arrays and colours that scenes are made of."""
 
 from __future__ import annotations

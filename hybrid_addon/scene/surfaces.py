@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Surfaces, and the textures and expressions that vary over them. Conventions: see the package."""
 
 from __future__ import annotations

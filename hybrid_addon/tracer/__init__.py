@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The Whitted ray tracer: `trace(scene, settings) -> Film`. Pure numpy; only `geometry.embree` talks to Embree.
 
 Several pictures of one scene: `compiled = CompiledScene(scene, settings)` once, then `trace_compiled(compiled)`, or of

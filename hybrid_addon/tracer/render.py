@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """One picture: passes over its pixels, then the film."""
 
 from __future__ import annotations

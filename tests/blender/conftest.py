@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Fixtures for tests that need the bpy module: the add-on registered once, a clean factory file for each test."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The sample scenes are what their README says: triangles, flags, camera, lights, animation, packed pictures."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """docs/manual/settings.md says what the properties' own descriptions say: they cannot drift."""
 
 from __future__ import annotations

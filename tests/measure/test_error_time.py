@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Metrics, fits and the front against closed forms; a sweep of a small scene; the page."""
 
 from __future__ import annotations

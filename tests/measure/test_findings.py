@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Which points are on the front, the presets among them, times at equal error; and who has how much time: made up."""
 
 from __future__ import annotations

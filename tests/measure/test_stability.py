@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The stability table: every case passes under its own name, the page says so, and a broken tracer is caught."""
 
 from __future__ import annotations

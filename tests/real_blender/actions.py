@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the random walk does: each function is one thing that an artist does, by the operator that his click runs.
 
 Each gets the dice; one that takes time is a generator of seconds to wait.

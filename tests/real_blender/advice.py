@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Run in a real Blender with a window and the extension: fill the advice, flag it, undo, take screenshots, quit.
 
 xvfb-blender --python advice.py -- FOLDER

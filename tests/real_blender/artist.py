@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Run in a real Blender with a window and the extension: a first hour with it, by keys and clicks; then quit.
 
 xvfb-blender --enable-event-simulate --python artist.py -- FOLDER

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The extension as a user has it: the zip, installed into a real Blender, rendering by every road.
 
 Not part of ``make test``, which has Blender as a Python module only. Run by ``make test-real`` with the commands in

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Run in a real Blender with a window: press F12, press Esc while rays are traced, see how long it takes, quit.
 
 xvfb-blender FILE.blend --python escape.py

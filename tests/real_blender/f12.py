@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Run in a real Blender with a window: press F12, save the picture as the Image editor would, quit.
 
 xvfb-blender FILE.blend --python f12.py -- PICTURE.png

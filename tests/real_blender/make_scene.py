@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Run in a real Blender with the extension installed: a small moving scene, set up for hybrid rendering, saved.
 
 blender -b --python make_scene.py -- FILE.blend

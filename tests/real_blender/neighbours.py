@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Run in a real Blender before a render: other add-ons' handlers, of every kind that there is, which do what such do.
 
 blender -b FILE.blend --python neighbours.py -f 1      (or with a window, before f12.py)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Run in a real Blender with a window and the extension: show both panels, press F12, take a screenshot, quit.
 
 xvfb-blender --python panels.py -- PICTURE.png

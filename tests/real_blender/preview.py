@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Run in a real Blender with a window and the extension: wait for the viewport's preview, take screenshots, quit.
 
 xvfb-blender FILE.blend --python preview.py -- PREFIX

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Run in a real Blender with a window and the extension: F12, another IOR, the Retrace button, F12 again, quit.
 
 xvfb-blender FILE.blend --python retrace.py -- PREFIX

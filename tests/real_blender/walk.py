@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Run in a real Blender with a window: random walks of what an artist does, checking the pipeline after each step.
 
 xvfb-blender --python walk.py -- SEEDS STEPS FOLDER

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What every script for a Blender with a window stands on: steps by timer, a screenshot, and an end in every case.
 
 A timer whose function raises is only dropped, and a window without work stays open: so a step that raises ends Blender

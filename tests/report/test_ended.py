@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A picture that is visibly too dark because rays ended early says so; what cannot be seen stays quiet."""
 
 from __future__ import annotations

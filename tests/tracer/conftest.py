@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Builders of small scenes. Tests get them through the fixture `build`."""
 
 from types import SimpleNamespace

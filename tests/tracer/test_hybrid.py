@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What camera rays see in a hybrid picture, and how every masked pixel gets a colour."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Changes that must not change the picture; those marked exact not by one bit."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The fast tracer against a slow, obvious one: recursive, float64, one ray at a time, no acceleration structure."""
 
 from dataclasses import replace

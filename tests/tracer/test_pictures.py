@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Pictures with a known answer: closed forms, mirrored scenes, things that must vanish."""
 
 from dataclasses import replace

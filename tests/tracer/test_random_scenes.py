@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Random scenes: however the work is dealt out, and whatever is left out, the picture is the same, bit for bit.
 
 Everything meets everything here: smooth, flat, mirrored and overlapping bodies of all surfaces, lights of all kinds,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Scenes prepared worse than need be, with what a plan leaves out: so that it shows that this changes no bit."""
 
 from __future__ import annotations

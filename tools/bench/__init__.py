@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """`make bench`: what the tracer and the hybrid pipeline cost, each figure beside the one that it is compared with.
 
 python -m tools.bench [--only PART ...] [--quick] [--limit SECONDS] [--output DIR]

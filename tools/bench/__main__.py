@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The command: which parts, for how long, and where the tables go."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The tracer's own rays, sent to embreex by nobody but a loop: what the tracer can at best come down to."""
 
 from __future__ import annotations

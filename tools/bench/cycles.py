@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The tracer against Cycles at equal error: a mirror and a glass sphere in a room, over the pixels of the spheres.
 
 Cycles' error is its noise, from two renders with different seeds: RMSE / sqrt(2). Ours is against our own reference.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The sample scenes: rendered by Blender, as F12 does, or translated once for the tracer alone."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Times that can be compared: all candidates in turn, A B C A B C, and the median of each."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Scenes of plain data whose size can be chosen."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The tracer against POV-Ray: the same triangles, camera and lights of the Cornell box, as many camera rays."""
 
 from __future__ import annotations

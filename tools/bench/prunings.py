@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What leaving things out saves: each exact pruning off, against all on."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """How the cost grows: with the mask, triangles, lights, bounces and pixels. The tracer alone."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """How fast the error of sampling falls with the samples."""
 
 from __future__ import annotations

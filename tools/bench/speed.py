@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Rays a second, against bare embreex calls, and over threads."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a part returns, and how it is shown: Markdown for people, a plain dict for machines."""
 
 from __future__ import annotations

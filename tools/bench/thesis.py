@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Pictures through Blender: the table of the thesis, and a hybrid frame against EEVEE's own time."""
 
 from __future__ import annotations

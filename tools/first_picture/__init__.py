@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Fifteen scenes as an artist would first try the add-on on: EEVEE, Hybrid at its defaults, and Cycles, converged."""
 
 import sys

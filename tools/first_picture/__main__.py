@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """`make first-picture`: the fifteen scenes, sheets of EEVEE | Hybrid | Cycles, and how far from Cycles the two are."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """One scene three times: EEVEE with Raytracing, Hybrid at its defaults, Cycles; each kept, so that it is drawn once."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Seven scenes of rooms and things: window pane, pool, wine glass, chrome logo, mirror, spectacles, teapot."""
 
 from __future__ import annotations

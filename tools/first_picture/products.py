@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Eight scenes of the studio: skin, car paint, frosted glass, balls, bottle, gems, hair and smoke behind glass."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the fifteen scenes share: a start as Blender gives it, the sky pictures that come with Blender, and things."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Parts of docs/ that programs write.
 
 python -m tools.pages            what comes from the code: settings, presets, the plan's table (`make pages`)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """`python -m tools.pages`: write what comes from the code."""
 
 import hybrid_addon

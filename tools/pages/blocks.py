@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Parts of Markdown pages that a program writes: what lies between ``<!-- table: NAME -->`` and ``<!-- end: NAME -->``.
 
 The text around them is written by hand and stays.

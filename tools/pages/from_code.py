@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Tables of properties, presets and prunings; tests/blender/test_settings_page.py and test_plan.py compare."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The tables of docs/stability.md, from what the verb `stability` has measured.
 
 ``make stability`` runs both; by hand: ``python -m tools.pages.stability build/stability/stability.json``. The tables

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The `hybrid` command: one parser behind `blender -c hybrid VERB ...` and `python -m hybrid_addon VERB ...`.
 
 Exit codes: 0 done; 2 bad input, named in one line; 1 a failure in the work. Outputs appear whole or not at all.

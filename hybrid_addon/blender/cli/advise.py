@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """`hybrid advise`: which objects need rays, why, and what that would cost."""
 
 from __future__ import annotations

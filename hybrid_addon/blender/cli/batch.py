@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The pictures of one `render`: scenes x cameras x frames, what is finished already, and the report of all of them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What every verb of the command needs: its words, opening a file, saying a line, and checks of what it may write."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Which frames, and what their files are called: text in, numbers and names out."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Which objects are ray traced, and with what values: words that render, plan, advise and report share."""
 
 from __future__ import annotations

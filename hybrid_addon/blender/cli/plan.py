@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """`hybrid plan`: what would be traced, what is left out, and why."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """`hybrid render`: frames of a .blend to pictures, passes and a report."""
 
 from __future__ import annotations

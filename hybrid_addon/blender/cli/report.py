@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """`hybrid report`: error against run time for one .blend."""
 
 from __future__ import annotations

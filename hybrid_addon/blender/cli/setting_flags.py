@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The flags that set what `Scene.hybrid`, or an object, has a property for: made from the table of settings."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """`hybrid stability`: the table of extreme cases."""
 
 from __future__ import annotations

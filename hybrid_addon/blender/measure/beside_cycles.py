@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """`hybrid report`: Cycles beside the ray tracer. How its picture differs from ours, and what its own errors cost."""
 
 from __future__ import annotations

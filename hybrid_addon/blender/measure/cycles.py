@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The same file through Cycles, kept inside what a Whitted tracer does: a renderer that is not ours to compare with.
 
 No diffuse bounces, no clamping, no roulette, EEVEE's pixel filter; lamps are seen in mirrors and through glass, with

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """`hybrid report`: error against run time for the open file. EEVEE draws once; then only the tracer runs."""
 
 from __future__ import annotations

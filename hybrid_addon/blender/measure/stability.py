@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The stability table from Blender: its own cases (cameras, instances, edits), and writing the page and the JSON.
 
 The cases need no EEVEE: they go through the depsgraph and the translator into the tracer. Each builds a scene of its

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The compositor part of the pipeline.
 
 For each Render Layers node that shows the user's view layer there is one *Hybrid* group node, and whatever that Render

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Who draws the shadows of ray traced objects on what EEVEE draws: EEVEE, or with Traced Shadows the tracer.
 
 EEVEE casts them whether an object is held out or not. It is told not to in the evaluated copies of one render, which

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A scene as a render evaluates it, without rendering it.
 
 A viewport's dependency graph has other levels of modifiers than a render's, leaves out what is hidden from viewports,

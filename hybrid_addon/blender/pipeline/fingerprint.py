@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the pipeline depends on and what it makes, as plain data: two equal fingerprints mean that nothing happened."""
 
 from __future__ import annotations

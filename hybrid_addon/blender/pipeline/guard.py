@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Writing with care: our own edits of a scene must not call us again."""
 
 from __future__ import annotations

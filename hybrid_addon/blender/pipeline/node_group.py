@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The node group that adds EEVEE's half and the traced half."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the user has made of our nodes in his compositor, kept in the file while they are away.
 
 The pipeline's nodes leave when a file is saved or Hybrid is switched off; links from their sockets (Mask, Residual, the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The compositor's nodes and tree: which nodes are ours, which the user's, and the tree that ours stand in."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A note in every saved file, for whoever opens it without the add-on: what he sees is EEVEE alone, and why.
 
 A text, and a custom property of each hybrid scene that points to it. They are in the file only: written before it is

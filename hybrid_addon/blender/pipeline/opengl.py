@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Is there an OpenGL for EEVEE, and a graphics card behind it? Asked before a headless render, which may crash else."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The memory of what the pipeline changed in the user's scene, kept in the file itself so that it survives a save."""
 
 from __future__ import annotations

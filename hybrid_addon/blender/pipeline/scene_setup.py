@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a hybrid scene has that a plain one has not: set up, kept in step, taken away again without a trace.
 
     user's scene                                      "Hybrid Trace" scene (engine HYBRID_TRACER)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Whether light may pass through objects, as far as their materials tell before anything is evaluated or rendered.
 
 The translator itself reads the materials, without their images. What is linked, or animated, may be anything.

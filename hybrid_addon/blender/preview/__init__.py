@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The preview: as soon as a rendered viewport rests, its ray traced objects are traced over EEVEE's image.
 
     view.py     the viewport's camera

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Scene-linear colours -> what the screen shows, through Blender's own OpenColorIO configuration."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Traced pictures on the screen, through Blender's gpu module."""
 
 from __future__ import annotations

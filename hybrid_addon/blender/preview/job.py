@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The work on one view, on a thread of its own: coarse first, then finer, until it is done, dropped or out of time."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A 3D viewport's view -> scene.Camera, at full or reduced resolution."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What `blender -b FILE -f 1` and `-a` do when the ray tracer fails: no picture with a hole in it, and exit code 1.
 
 Blender saves whatever a render engine leaves and exits with 0, and no script can hear of the failure there. So it is

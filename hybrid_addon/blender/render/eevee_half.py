@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """EEVEE's half of the picture, as the tracer gets it: picture, mask, depth, and whether it may back hits."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """HYBRID_TRACER: the render engine of the trace scene.
 
 Blender calls it after EEVEE has finished the user's scene, at the same frame, size and border. It reads EEVEE's mask

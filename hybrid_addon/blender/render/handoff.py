@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A file that Blender alone can composite: the user's own compositor over EXR layers instead of over a render.
 
 For a farm without the add-on, and for compositors: both halves come from files, so that nothing is drawn again (no

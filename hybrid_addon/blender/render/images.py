@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """EXR files and Blender's render results to arrays and back. Rows are bottom-up in arrays and top-down in files."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a render job, on a thread of its own, has Blender's main thread do: with a window, the one that draws it.
 
 The image *Render Result* has two locks, which Blender 5.2 takes in two orders. Whoever wants its pixels takes the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Trace again over the picture that EEVEE has drawn already: after a change of samples, bounces, reflectivity, IOR, ...
 
 It is a render as any other, by Blender's own pipeline: a job with progress and Esc, the compositor, the render slot

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The settings of a scene, as the tracer takes them and as the report tells them."""
 
 from __future__ import annotations

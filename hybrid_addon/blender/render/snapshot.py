@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What EEVEE draws of a scene, as far as an edit could change it: taken before a render, compared before a retrace.
 
 The dependency graph tells which datablocks have been touched since, but not by what: a value of ours counts as a change

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The translator: a Blender depsgraph -> hybrid_addon.scene.Scene, one kind of datablock a file.
 
     camera.py light.py world.py     those three, with their units

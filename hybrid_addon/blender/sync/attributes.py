@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Data of a mesh's corners that materials read, by key (scene.TriangleMesh): colours, coordinates, tangents."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What one frame's translation leaves for the next.
 
 A final render builds a dependency graph of its own for every frame, in which everything counts as updated and lies at

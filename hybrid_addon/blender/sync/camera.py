@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's camera -> scene.Camera.
 
 Source of the view plane: BKE_camera_params_compute_viewplane, re-derived; the test compares with

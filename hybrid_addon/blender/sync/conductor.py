@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Metals by their complex index of refraction n + i k, as the Metallic BSDF's *Physical Conductor* has them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's images -> (height, width, 4) float32 pixels: scene-linear, straight alpha, row 0 at the bottom.
 
 Files are read with OpenImageIO, at their own precision. What exists only inside Blender (packed, generated or painted

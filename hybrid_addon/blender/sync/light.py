@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's lights -> scene lights. The only file where a light's watts are turned into radiometric units.
 
 Sources: EEVEE's eevee_light.cc (Light::sync, shape_radiance_get, attenuation_radius_get) and blenkernel's light.cc

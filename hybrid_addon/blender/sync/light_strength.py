@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a scene does to all of its lights alike: EEVEE's *Light Strength > Direct*, and its *Shadows*."""
 
 from __future__ import annotations

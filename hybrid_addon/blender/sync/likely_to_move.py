@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Which objects are likely to be elsewhere, or of another shape, in the next frame: a hint by which search trees are
 divided. It says the same in every frame of a file. Where it is wrong a frame takes longer, and looks the same.
 """

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's light linking: the collections of a light that name what it lights, and what casts shadows in its light.
 
 What lies in such a collection is included or excluded, as its switch there says; for all that lies in a collection in

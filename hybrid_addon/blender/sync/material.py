@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's materials, and the artist's Custom settings of an object, -> scene.Surface.
 
 The rule for Custom: a material's own numbers replace reflectivity, opacity and IOR of its nodes; an object's own

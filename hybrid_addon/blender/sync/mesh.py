@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Evaluated Blender meshes -> scene.TriangleMesh, array by array (`foreach_get`), never element by element."""
 
 from __future__ import annotations

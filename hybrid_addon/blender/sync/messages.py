@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the translator tells the artist: one short line each, naming the object, material or node."""
 
 from __future__ import annotations

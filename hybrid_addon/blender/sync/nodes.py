@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Walking back through shader nodes: reroutes, muted nodes and links, and node groups are looked through.
 
 A socket inside a group is only known together with the group nodes that lead to it, so `Node` and `Socket` carry them.

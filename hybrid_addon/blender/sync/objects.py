@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Everything that the depsgraph shows -> scene instances, meshes and lights.
 
 Curves, surfaces and texts need no code: beside each of them the depsgraph's iterator yields its evaluated geometry as

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The artist's settings of an object (`Object.hybrid`), read so that the translator also works without the add-on."""
 
 from __future__ import annotations

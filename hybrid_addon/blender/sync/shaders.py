@@ -1,8 +1,8 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Shader nodes -> scene.Surface: one small function for each node, found in the table SHADERS.
 
-Light that meets a surface is shared out: a share is mirrored, a share lights the surface itself (local), a share is
-transmitted; scene.Surface holds them as reflectivity r and opacity o, with (r, (1 - r) o, (1 - r)(1 - o)).
-Any number or colour may be an expression (`values`).
+Light at a surface is mirrored, lights it (local), or is transmitted: shares (r, (1 - r) o, (1 - r)(1 - o)) of
+reflectivity r and opacity o in scene.Surface. Any number or colour may be an expression (`values`).
 
 Sources: gpu_shader_material_principled.glsl (order of the layers, F0, sqrt of the base colour for transmission).
 """

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Sky Texture -> an equirectangular image, drawn by Cycles in a Blender of its own.
 
 What the models compute is Blender's own secret (tables, and integrals over the atmosphere); so the node, with its

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A script for a Blender of its own: one Sky Texture node through Cycles, all around, into an image.
 
     python skybake.py -- ORDER.json PICTURE.exr

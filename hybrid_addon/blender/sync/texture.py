@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Image Texture and Mapping nodes -> scene.Texture and matrices."""
 
 from __future__ import annotations

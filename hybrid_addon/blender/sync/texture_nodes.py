@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Nodes of textures that are formulas -> expressions, with the formulas in `procedural`; and skies. See `values`."""
 
 from __future__ import annotations

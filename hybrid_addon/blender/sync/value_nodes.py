@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Nodes that work on values: mathematics, colours, vectors. See `values`."""
 
 from __future__ import annotations

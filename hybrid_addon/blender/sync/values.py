@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Nodes that give numbers, colours and vectors -> values: constants where they are, else expressions.
 
 `value_of` follows whatever is linked to a socket. A node that is not in the table NODES (here the inputs; the rest in

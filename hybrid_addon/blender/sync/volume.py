@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A material's Volume socket -> absorption, RGB in 1/m: what Beer-Lambert's law needs, and a warning for all the rest.
 
 Sources: node_shader_gpu_volume_principled, cycles/kernel/svm/closure.h (Principled Volume: what it does not scatter of

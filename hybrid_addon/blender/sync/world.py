@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's world -> scene.World: what its nodes make of each direction, once for camera rays and once for light."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What needs rays: the list in the Hybrid panel, and the operators that fill it and flag what it suggests."""
 
 # No `from __future__ import annotations` here: Blender reads the properties from the annotations themselves.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Which defaults a scene's settings were made with: Blender saves only what has been set, not what is at its default.
 
 `Scene.hybrid.version` says so. It is written when Hybrid is switched, and to every scene with settings of ours that is

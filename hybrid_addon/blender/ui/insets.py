@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a hybrid picture is made of, over the Render Result in the Image Editor: two small pictures, or a whole one.
 
 A gizmo draws them, not a draw handler: Blender calls those while it holds the locks of the image. Python waits there

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Operators: they read the context, call a plain function, and say in one line what happened."""
 
 # No `from __future__ import annotations` here: Blender reads operator properties from the annotations themselves.

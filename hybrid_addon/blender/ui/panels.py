@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Panels: Ray Tracing of objects, materials, collections; Hybrid of the scene; and entries in Blender's menus."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Why is this pixel like this: click one in the Image Editor, read its ray tree."""
 
 # No `from __future__ import annotations` here: Blender reads operator properties from the annotations themselves.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the artist can set, per object and per scene, made from `settings_table`; docs/manual/settings.md tells it."""
 
 # No `from __future__ import annotations` here: Blender reads the properties from the annotations themselves.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The words of the interface in other languages. What is not here stays English, as do reports and the command line.
 
 Blender looks up names, labels and descriptions by itself; what is put together from parts goes through `pgettext_iface`

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The time that a report has, and its parts."""
 
 from __future__ import annotations

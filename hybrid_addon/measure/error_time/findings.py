@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the measured points say: slopes, the front, the presets on it or behind it; and why, where they say nothing."""
 
 from __future__ import annotations

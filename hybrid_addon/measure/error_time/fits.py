@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a cloud of (time, error) points says: slopes with their confidence, the Pareto front, times at equal error."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a measurement was made with: the processor, and which version of this code."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """How far a picture is from a reference: linear radiance, float64, over a region of pixels."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The page: one self-contained HTML file with plots (where matplotlib is installed), tables and pictures."""
 
 from __future__ import annotations

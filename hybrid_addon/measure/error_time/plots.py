@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The plots of the page, drawn by matplotlib as SVG; without it the page has tables only."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What everything is compared with: a picture so deep that its own noise is small, and how small that is."""
 
 from __future__ import annotations

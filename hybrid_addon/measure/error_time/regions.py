@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Where an error sits: along the edges of objects, which supersampling is for, or inside them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a report varies, and pictures of one scene at any quality."""
 
 from __future__ import annotations

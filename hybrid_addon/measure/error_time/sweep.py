@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Error against run time of one scene: the same picture at many settings, against a deep reference of our own.
 
 Each knob alone, the others at the reference's level and with the same camera samples, so that its error is its own;

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Stiff and extreme cases, each a number with a tolerance: what an engineer can run to see whether the tracer holds.
 
     case.py                 Case, Result

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Builders of small scenes, and the two ways in which cases look at them."""
 
 from __future__ import annotations

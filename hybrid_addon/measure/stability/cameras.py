@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Cameras at the ends of their range, measured through whole pictures: a colour ramp says where each pixel looked."""
 
 from __future__ import annotations

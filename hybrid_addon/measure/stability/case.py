@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a case of the stability table is: a measured number, the right answer, and a tolerance that decides."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Numbers out of pairs of pictures. Edges are told apart: one ray may flip there, and a mean would hide the rest."""
 
 from __future__ import annotations

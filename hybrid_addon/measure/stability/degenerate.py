@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Data that no modeller means and every file has: flat, doubled, broken and impossible triangles and numbers."""
 
 from __future__ import annotations

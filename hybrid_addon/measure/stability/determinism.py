@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The same picture however the work is cut up, again and again, and on every Python."""
 
 from __future__ import annotations

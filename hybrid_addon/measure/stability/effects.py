@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """One scene with what the plain ones lack: lens, layers, bump, absorption, lights with a size, and a raster beside it.
 
 Its picture is the hybrid one: masked, adaptive, with traced shadows, photons and raster-backed hits.

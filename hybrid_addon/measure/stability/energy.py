@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Nothing is lost and nothing comes from nowhere: furnaces, the residual as an error bound, the ends of sliders."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Masks, the film, and coplanar surfaces of which the raster's mask chooses one."""
 
 from __future__ import annotations

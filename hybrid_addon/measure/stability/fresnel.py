@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Fresnel and Snell at the ends of their range: grazing, critical, index-matched, tiny and huge IOR."""
 
 from __future__ import annotations

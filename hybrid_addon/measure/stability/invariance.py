@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Changes of the whole scene that must not change the picture: the sharpest tests, as they need no reference."""
 
 from __future__ import annotations

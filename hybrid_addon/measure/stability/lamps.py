@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Lamps that rays meet: at grazing angles, within glass, tiny, huge, without an area, behind, many at once."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Closed forms of refraction: plates, a prism, a glass ball; and meshes against formulas."""
 
 from __future__ import annotations

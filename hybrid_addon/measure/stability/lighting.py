@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Lights in impossible places and of impossible strength; linearity of light."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Which medium is on which side: inside, nested, touching, open, inverted and vanishingly thin glass."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Smooth normals on coarse meshes: what the shading normal and the true surface disagree about."""
 
 from __future__ import annotations

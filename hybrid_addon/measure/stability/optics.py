@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Closed forms of reflection: halls of mirrors, retroreflectors, a periscope, the mirrored world."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The page: one self-contained HTML file, readable on a screen and on paper, with pictures as data: URIs."""
 
 from __future__ import annotations

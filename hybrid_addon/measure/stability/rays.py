@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Rays that start on surfaces: no surface may shadow itself, none may leak, at any scale, place and angle."""
 
 from __future__ import annotations

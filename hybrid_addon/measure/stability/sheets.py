@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Glass that is open, inverted or vanishingly thin."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Lights of impossible strength: light is linear, lamps superpose, one texel may be the sun."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """All cases in one table, and running them."""
 
 from __future__ import annotations

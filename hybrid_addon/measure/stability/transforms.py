@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Matrices of every kind, instances in numbers, and a million triangles."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Where the objects are that cast shadows and caustics on the raster: a few balls around the ray traced ones."""
 
 from __future__ import annotations

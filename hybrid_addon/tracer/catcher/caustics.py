@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Caustics: the light that ray traced objects bend or mirror onto everything else, by photons from the lights.
 
 Each light sends photons into the cones that balls around the ray traced objects fill (Jensen 1996, projection maps): a

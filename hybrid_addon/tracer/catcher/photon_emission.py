@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Photons as they leave a light: which random numbers choose their directions and where they start."""
 
 from __future__ import annotations

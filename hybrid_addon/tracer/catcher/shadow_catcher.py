@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The shadows that ray traced objects cast on everything else: what the rasteriser's picture of that has to lose.
 
 The rasteriser draws without them. So what it draws is traced twice, once as it is and once with these shadows, and the

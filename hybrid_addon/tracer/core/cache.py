@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What one frame leaves for the next: meshes prepared, search trees and the world, found again by what they hold.
 
 Nobody has to say what has changed. A mesh prepared is found by the mesh, the places of its instances and the scene's

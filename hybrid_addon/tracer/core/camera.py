@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Camera rays: from film positions to float32 rays relative to the scene's centre."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Every threshold of the tracer: its name, its reason and its scale. None of them is a length.
 
 A length would tie the picture to the unit of the scene: scaling a scene by a power of two must not change one bit.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a ray carries through the wave loop, and where new rays start."""
 
 from __future__ import annotations

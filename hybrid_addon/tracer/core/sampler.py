@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Where samples fall: one low-discrepancy sequence for the film and the lights.
 
 A point of the unit square is a pure function of (seed, absolute pixel, sample, dimension): tiles and threads do not

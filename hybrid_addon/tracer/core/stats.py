@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What was counted during some work and how long its phases took; merged by plain sums, so order does not matter."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Arithmetic on (3, n) arrays, written out so that every ray gives the same bits in any chunk.
 
 BLAS and einsum choose their order of summation by the shape of the array: neither may touch per-ray data.

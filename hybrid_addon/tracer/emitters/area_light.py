@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Area lights: parallelograms, and the ellipses in them, that shine to one side."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The world by direction: a colour, an environment image, or an expression; and its sums over all directions."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Disks that face whoever looks at them, as which points, spots and suns are sampled and mirrored."""
 
 from __future__ import annotations

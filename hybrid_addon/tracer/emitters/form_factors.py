@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What of a half space shapes fill, weighted by the cosine: irradiance over pi times radiance, cut off at the horizon.
 
 Exact for polygons (Lambert 1760), and for ellipses that the horizon does not cut; one that it cuts counts as the ball

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a light is: the interface that every kind of light fulfils, and the table of all kinds.
 
 A kind of light is one file `emitters/*_light.py` with a subclass of `CompiledLight` (or of `LocatedLight`, which has a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The lights of a scene: which file of this room answers for each, and their keys and links.
 
 Every module here that is called `*_light` is loaded and registers its kind: a new one need not be named anywhere.

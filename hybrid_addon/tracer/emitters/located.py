@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What lights share that are somewhere: EEVEE's range, the culling by it, and photons from their shape to a ball."""
 
 from __future__ import annotations

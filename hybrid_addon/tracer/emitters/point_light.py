@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Point lights: with a radius a ball, or with soft falloff a disk that faces the receiver."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The environment as rough reflections see it: blurred by the GGX lobe, once for each of a few roughnesses.
 
 The lobe is that of a surface seen from straight above (n = v = r), as in split-sum shading (Karis 2013): radiance from

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Raster-backed hits: where a secondary ray meets what the raster shows, its light is the raster's own pixel.
 
 So reflections show procedural textures, EEVEE's own light, everything that it draws and the tracer does not. A hit is

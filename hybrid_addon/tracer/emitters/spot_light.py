@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Spot lights: point lights within a cone."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Suns: parallel light, from a disk of radius tan(angle / 2) at distance 1."""
 
 from __future__ import annotations

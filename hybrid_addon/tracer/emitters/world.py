@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The world: radiance seen by rays that leave the scene, and its diffuse light on a surface."""
 
 from __future__ import annotations

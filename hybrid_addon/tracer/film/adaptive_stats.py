@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What adaptive sampling asks of the samples of each pixel: whether they differ."""
 
 from __future__ import annotations

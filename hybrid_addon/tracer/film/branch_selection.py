@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Which of a sample's branches are followed, where they are too many: the heaviest, and of the others some by lot.
 
 Those that are drawn stand for those that are not, and carry their weight: on average the light is right, and what a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """How much light is missing because rays ended early, and where: what a warning is made of.
 
 Counted, not mapped: of samples, how many have lost more than ENDED of their light, and of objects, how much of the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """How much of its throughput each sample may lose to the cutoff, and how much it has lost.
 
 In whole units: sums of integers are exact, so what else is in a wave cannot change an answer.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The film: where samples fall, what each gives to the pixels around it, and how pixels without a sample are filled.
 
 Pixel filter: EEVEE's Gaussian w(d) = exp(-0.5 d^2 / (R 0.284)^2) for d < R (eevee_film.cc). A sample counts for every

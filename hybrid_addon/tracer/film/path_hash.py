@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Path signatures: what a sample met along its whole ray tree, as one number.
 
 Two samples with the same signature saw the same things in the same way: the same objects, from the same sides, through

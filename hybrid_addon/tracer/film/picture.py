@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The picture that the samples give: filtered means over the samples that count, failures in pink."""
 
 from __future__ import annotations

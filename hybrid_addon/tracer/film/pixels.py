@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What all passes together found for each pixel, and what it gives to the pixels around it."""
 
 from __future__ import annotations

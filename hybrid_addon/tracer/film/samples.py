@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the samples of some pixels add up to.
 
 Contributions are float32 and sums float64: they are exact, in any order, as long as what counts lies within 2^29 of the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Who sees what: sets of primitives that a kind of ray can hit, and the two questions asked of them.
 
 A set puts an Embree scene and the analytic shapes together. Tie rule: at equal t triangles win over spheres, spheres

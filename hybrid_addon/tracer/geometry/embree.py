@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The only file that talks to Embree: nearest and any hit with one triangle soup.
 
 embreex (4.4) has sharp edges, and all of them end here:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The world's geometry as flat arrays: all instances realised, recentred in float64, rounded to float32 once.
 
 A *primitive* is a triangle, an analytic sphere or an analytic plane; they are numbered in this order, and every

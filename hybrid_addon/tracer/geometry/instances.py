@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The instances of one mesh, worked on at once: their triangles in the world, and what these carry."""
 
 from __future__ import annotations

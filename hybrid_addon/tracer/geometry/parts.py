@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Parts of a mesh: what hangs together by its edges, and which of that is closed.
 
 A bottle and the open label that was joined to it are one mesh, but two parts: only the bottle has an inside. Edges are

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Analytic spheres and planes, and the plane equations of triangles: distances along rays in float64."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Large triangles near small ray traced objects, split and graded towards them.
 
 Embree finds a plane to an ulp of the distance to the triangle's corners: next to a far larger triangle a small object's

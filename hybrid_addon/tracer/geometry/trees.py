@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The search trees of a set of triangles: one, or two of which one is kept from frame to frame."""
 
 from __future__ import annotations

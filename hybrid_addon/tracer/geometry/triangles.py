@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A triangle soup with all that a hit needs to know about each triangle, before it becomes a `Geometry`."""
 
 from __future__ import annotations

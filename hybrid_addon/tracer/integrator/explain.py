@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Why is this pixel like this: the ray tree of one pixel's central ray, as the wave loop itself walks it."""
 
 from __future__ import annotations

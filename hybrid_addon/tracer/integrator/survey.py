@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What needs rays: a coarse picture is traced, and what its rays meet tells which objects a rasteriser cannot draw.
 
 EEVEE, at its best settings, traces in the picture that it has drawn and follows one refraction (its manual: Raytracing,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The wave loop: Whitted's ray tree, one generation of a sample's rays at a time, in the style of pbrt's wavefront
 integrator.
 

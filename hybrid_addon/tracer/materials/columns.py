@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Columns: the numbers of the surface model, packed into one float32 array, and which of them each hit has.
 
 A surface has one column; one with layers has many, for as many view angles (see `tabulated`); where expressions tell,

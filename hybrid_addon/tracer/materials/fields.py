@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The fields of a surface as arrays: what is the same all over once, what an expression gives for each hit."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Layered surfaces, as EEVEE draws Principled: from the top sheen, coat, metal, transmission, dielectric, diffuse.
 
 A layer's reflection has a colour, its directional albedo, which is taken from all that lies below. A layer is worked

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Surfaces compiled to a structure of arrays, one column a surface, with the weights of the surface model worked out.
 
 L = r Lr + (1 - r) [ o Llocal + (1 - o) (F Lr + (1 - F) Lt) ] + Le      (see scene.Surface)

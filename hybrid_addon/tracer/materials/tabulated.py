@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Layered surfaces whose layers are the same all over: their columns, worked out once for each of many view angles.
 
 What such a hit asks for depends on nothing but its cosine; looking it up takes a tenth of the time. Between two cosines

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Image textures: bilinear look-up with Blender's extension modes, and the equirectangular environment."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Pairs of triangles that come near one another, and what is known of the media where a ray hits one of them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Which medium lies on either side of a hit: the one place that decides the relative index of refraction.
 
 A *solid* is a closed body that transmits: a part of a mesh whose every edge joins two triangles of like winding, facing

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Finding the solids of a scene: closed bodies that transmit, their order, and those too thin to be solids.
 
 What is closed is asked of each part of a mesh for itself (see `parts`). The parts of one object that are made of the

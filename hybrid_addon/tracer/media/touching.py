@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Bodies that may be solids, and which other things they touch: a glass and the table that it stands on.
 
 Only what is near is compared: boxes of triangles in a row are asked first, then single ones, then points and planes.

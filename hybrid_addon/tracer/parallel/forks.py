@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Forked processes that do tasks: threads would wait for the one interpreter lock.
 
 A numpy call holds the lock only to begin and to end, but a tile makes thousands. Two threads lose a fifth to handing

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Who does the work: threads, or forked processes that stay for the next work.
 
 A task is a plain record, and what it is about lies in memory that all share: so a process that was forked for the first

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A scene prepared to trace: recentred geometry, tables, lights, and one primitive set for each kind of ray."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Lights that cannot reach what could answer to them: out of range of all of it, or turned away from all of it."""
 
 from __future__ import annotations

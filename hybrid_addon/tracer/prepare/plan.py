@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a scene does not need, found out before anything is built to trace it.
 
 Only surfaces that rays can reach count: those that camera rays can stop at, and, if one of these reflects or transmits,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Every pruning that saves measurable time or memory: what it leaves out, and whether the picture can tell.
 
 `tools/prunings.py` measures what each saves. What else a scene does not need costs nothing to leave out, and is no

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A validated scene as tables: the first thing that is made of it, before its plan and before anything is built.
 
 Nothing is made here that a scene does not have: what is not there is None, and costs nothing on the way.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Broken images: texels that are not finite count as black, as in Cycles.
 
 One of them would else be all of the light of a sky.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The door: scenes that cannot be traced are refused with one line that names what is wrong."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Adaptive supersampling: which pixels need more samples, and an audit of the decision.
 
 All pixels take FIRST_SAMPLES samples. Those go on whose samples differ among each other, or from a neighbour's, in what

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """AOVs that are data: what a pixel's centre shows, as Blender's own Depth and Normal passes do: nothing is filtered.
 
 They have camera rays of their own, one a pixel: the picture is the same with them and without.

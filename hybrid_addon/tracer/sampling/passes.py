@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Passes: some samples of some pixels of a strip, traced tile by tile, added to what earlier passes found.
 
 A tile is what a thread or process traces at once (see `tiles`), with all its samples of the pass. Its camera rays are

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Which passes a picture takes: all samples at once, where they are needed, or as many as there is time for.
 
 Against a deadline the passes are short and go from coarse to fine: one sample of every 8th pixel across and up, then of

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Large pictures are traced strip by strip: what their samples add up to takes memory for one strip alone.
 
 Pixels that share samples with those of the next strip are traced in both, so no pixel shows where a strip ends.

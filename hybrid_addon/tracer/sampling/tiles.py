@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """How the pixels of a pass are dealt out: in tiles, each of them what one thread or process traces at once.
 
 A tile is many short runs of pixels from all over the strip, so that all tiles cost about the same.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Surfaces of solids that cross, or nearly touch: what a ray passes there besides the surface that Embree named.
 
 A new ray starts ORIGIN_OFFSET off the surface that was hit. What lies nearer behind that surface it never meets, and of

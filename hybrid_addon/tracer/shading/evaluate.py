@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Surfaces that vary: what their hits look like, by their cosines and by what the expressions give there."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What expressions read at hits: images, and the interpolated data of a mesh's corners."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a hit knows: its point, normals and surface, recomputed in float64 from the exact float32 geometry."""
 
 from __future__ import annotations

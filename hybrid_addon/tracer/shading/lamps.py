@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Lamps that reflected and refracted rays meet: their shapes, as far as nothing is before them, at any depth of a path.
 
 A lamp adds its radiance to a ray and does not end it: rays go on through it, as Cycles' do. Camera rays, and what only

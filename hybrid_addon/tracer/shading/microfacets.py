@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Rough reflection and refraction: rays leave by the mirror of a microfacet that is drawn, not of the surface.
 
 Microfacets are those of GGX that the eye sees (Heitz 2018, by spherical caps: Dupuy & Benyoub 2023). What a lobe

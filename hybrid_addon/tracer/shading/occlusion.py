@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Ambient occlusion: how much of the world's diffuse light what lies around a point takes away.
 
 Rays leave in directions that are as dense as their cosine, so the share of them that meets nothing is the share of the

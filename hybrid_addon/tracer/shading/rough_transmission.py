@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Lamps seen through rough glass: the highlight of what refracts light out of a solid.
 
 The lobe is that of a reflection with its mirror direction turned into the refracted one (as in EEVEE), made narrower by

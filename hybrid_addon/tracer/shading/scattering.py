@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Mirror, lens and highlight: reflect, refract, Fresnel, Phong.
 
 All directions point away from the surface; `n` lies on the side of `wo`; eta is transmitted over incident IOR.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What shadow rays let through: from hits to points of lights, tinted by what is not opaque."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """New rays: at most one reflected and one transmitted ray from each hit."""
 
 from __future__ import annotations

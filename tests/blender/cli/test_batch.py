@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Many pictures from one command: cameras, scenes, frames; restart, kill, two writers. Mode full: no EEVEE needed."""
 
 from __future__ import annotations

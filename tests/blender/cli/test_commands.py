@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The command line: what it writes, and how it refuses. Mode full needs no EEVEE, so these are quick."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The farms' files in farm/, run by what farms run: Open Job Description's own tool, and Flamenco's JavaScript.
 
 In place of Blender stands a program of its name that runs the same command by the bpy module.

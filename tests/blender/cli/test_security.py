@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A .blend is untrusted: nothing in it runs, and nothing is written but where the user asked. Mode full: no EEVEE."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The tracer against Cycles of the same file: a renderer that is not ours, on the subset that a Whitted tracer covers.
 
 Cycles is told to stay inside that subset: no diffuse bounces, lights of radius 0, roughness 0, no clamping, no Russian

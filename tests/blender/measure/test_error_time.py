@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The `report` verb: what it writes and how it refuses; and the same file through Cycles. Mode full needs no EEVEE."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The fifteen first pictures: whole scenes with nothing set but ticks, drawn once, compared where rays drew."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Caustics by photons on EEVEE's half, beside Cycles' of the same scene."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A pixel's ray tree from Blender: objects and materials by their names, bad pixels refused."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Lamps in smooth and rough surfaces, against EEVEE and Cycles: shapes, radiances, highlights.
 
 Boxes of one picture, each with a lamp of its own that lights nothing else. `pytest -s` prints the tables in docs.

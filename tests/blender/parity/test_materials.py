@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Materials against EEVEE's own pictures: nodes on emitting tiles, and Principled on balls under an environment."""
 
 from __future__ import annotations

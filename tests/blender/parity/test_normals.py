@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Shading normals as EEVEE has them: normal maps and bumps on scaled, mirrored and instanced meshes of any faces."""
 
 from __future__ import annotations

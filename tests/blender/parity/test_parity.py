@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Parity: a grey ball on a grey floor under every kind of light and world, by EEVEE and traced, side by side.
 
 The lights stand in the boxes of a black crate, so that one picture holds them all. Their Jitter is on: without it EEVEE

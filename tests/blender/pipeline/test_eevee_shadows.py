@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Traced Shadows: what ray traced objects leave of the light on what EEVEE draws."""
 
 from __future__ import annotations

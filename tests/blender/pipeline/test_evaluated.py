@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What is looked at without a render, and what the tracer gets in one, is what EEVEE draws: the scene of a render."""
 
 from __future__ import annotations

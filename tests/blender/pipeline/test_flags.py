@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Flags of objects and collections; values of objects and materials, keyframed and driven; their operators."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the user has linked to the pipeline's nodes survives a save, a load, and Hybrid switched off and on."""
 
 from __future__ import annotations

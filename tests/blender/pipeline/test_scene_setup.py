@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The pipeline stands, keeps in step and goes without a trace. No rendering here: only what is in the file."""
 
 from __future__ import annotations

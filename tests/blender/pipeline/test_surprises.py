@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a file holds that nobody thought of, and what it says where the add-on is missing. Nothing is rendered."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Traced Shadows, Automatic: told from the file, as the translator finds it in what a render evaluates."""
 
 from __future__ import annotations

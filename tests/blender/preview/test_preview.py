@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The viewport's preview without a window: its camera, its colours, its work. With one: tests/real_blender."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The trace scene's passes for compositors, beside EEVEE's own of the same picture, and Cryptomatte."""
 
 from __future__ import annotations

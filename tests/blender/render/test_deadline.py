@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """When to stop tracing, by a clock that stands still."""
 
 from types import SimpleNamespace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """EEVEE's picture and depth as the tracer gets them, and what mirrors show of them."""
 
 from __future__ import annotations

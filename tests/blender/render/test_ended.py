@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Glass that needs more bounces than it has: the render says so, by the objects' names."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What Blender without the add-on makes of a hand-off: the same picture, from files alone."""
 
 from __future__ import annotations

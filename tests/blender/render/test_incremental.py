@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """One scene, frame after frame: a render that keeps what has not changed looks like one from a fresh start."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Renders with EEVEE through Blender's own pipeline, once for each scene; the tests assert facts on shared pictures."""
 
 from __future__ import annotations

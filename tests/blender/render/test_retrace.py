@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Trace again over what EEVEE drew: the same as a whole render, bit for bit, or a line that says why not."""
 
 from __future__ import annotations

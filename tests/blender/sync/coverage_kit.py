@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the walks through Blender's settings have in common: changing any value, and telling scenes apart."""
 
 from __future__ import annotations

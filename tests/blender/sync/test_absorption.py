@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Coloured media through Blender: volume nodes, glTF as Blender imports it, and Cycles' picture of the same file."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Both switches of a material's Backface Culling, as EEVEE draws them, in Full mode and with everything ray traced."""
 
 from __future__ import annotations

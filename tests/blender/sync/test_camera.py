@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The camera's view plane against Blender's own projection matrix, and the cameras that are refused."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Fresnel's reflectance of metals, and the node that asks for it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A walk through every setting of scenes, view layers, worlds, cameras, objects, materials and lights.
 
 What the tables of sync/coverage call followed must change the translated scene, or the tracer's settings; what they

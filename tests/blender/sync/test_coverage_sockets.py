@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A walk through every node that Blender has for shaders: inputs, outputs and settings are followed or named.
 
 Each is changed: the translated surface must change, or a warning name it, or the table say why neither is needed.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Generated coordinates are EEVEE's: over the texture space, before modifiers deform, half way where a mesh is flat."""
 
 from __future__ import annotations

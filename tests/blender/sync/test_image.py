@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Pixels of images, however they are stored, and the nodes that place them on a surface."""
 
 from __future__ import annotations

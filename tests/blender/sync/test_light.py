@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Watts to radiometric units, by the formulas that EEVEE and Blender document."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """EEVEE's Light Strength, Clamping and Shadows, and a view layer's overrides, by EEVEE and traced, side by side.
 
 A matte, a mirror and a plastic ball in a grey world, under a lamp: what a lamp lights directly, and what comes from the

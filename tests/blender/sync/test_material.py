@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Node trees to surfaces: the numbers of each shader, the Custom rule, and links that are looked through."""
 
 from __future__ import annotations

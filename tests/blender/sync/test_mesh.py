@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes as arrays: what the numbers say about geometry whose shape is known."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Which objects arrive, where, how often, with which settings; and what the artist is told of the others."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The world's colour and environment, and the translation through a scene that only has the artist's as background."""
 
 from __future__ import annotations

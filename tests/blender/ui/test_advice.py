@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What needs rays: the answer for a known scene, the list in the panel, the flags, the command."""
 
 from __future__ import annotations

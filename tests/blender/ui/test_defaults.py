@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Defaults that have changed: files from before keep theirs, whether they are opened or appended from."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The Image Editor's tools without a window: which pixel a click means, what it is told, what the insets look like."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The words of the interface: which there are, and that each language has them.
 
 What Blender shows of them is looked at in a window: tests/real_blender.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Caustics by photons: `Film.caustic`, in closed form."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Shadows of ray traced objects on everything else: `Film.shadow`."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a frame leaves for the next: the picture is the one of a fresh start, bit for bit, and only the rest is made."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Properties of the pure functions, on numbers that hypothesis chooses: from denormal to huge, on and around limits."""
 
 import math

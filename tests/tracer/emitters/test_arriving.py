@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What becomes of light where it arrives: its strength, and what limits it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What every kind of light promises (`emitters.light.CompiledLight`), and a new kind that is made of those alone.
 
 The new kind is a flat ring. It is a disk less a smaller one, so pictures under it are known: those under two area

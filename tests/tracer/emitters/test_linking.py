@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Light linking: which objects a light lights, and which cast shadows in its light."""
 
 from dataclasses import replace

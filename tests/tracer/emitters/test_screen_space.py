@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Raster-backed hits: rasters with a known answer, what must fall back, and what may not change."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The world by direction: images, expressions, what camera rays see instead, and the sun that is taken out of it."""
 
 from __future__ import annotations

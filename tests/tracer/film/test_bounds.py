@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The residual bounds the error, in every pixel, whatever cut a path short."""
 
 from dataclasses import replace

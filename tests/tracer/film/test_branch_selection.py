@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """No sample becomes more than so many rays; those that are drawn by lot stand for the others."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The cutoff: what it may cut, that it says what it cut, and that it saves rays."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The pixel filter in closed form, who shares samples with whom, and gaps."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Large triangles next to small ray traced objects: split, and nothing else changes."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Closed parts of meshes: open ones beside them, seams that differ by rounding, parts inside out and in each other."""
 
 from dataclasses import replace

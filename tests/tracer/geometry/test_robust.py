@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Rounding, degenerate geometry and rays that must never reach Embree."""
 
 import time

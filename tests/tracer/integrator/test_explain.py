@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A pixel's ray tree: its parts add up to the pixel, and say what was met."""
 
 from __future__ import annotations

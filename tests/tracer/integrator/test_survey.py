@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A survey tells mirrors that see off-screen things, glass behind glass and the like from what EEVEE can draw."""
 
 from __future__ import annotations

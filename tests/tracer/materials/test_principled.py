@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Layered surfaces: energy, limits in closed form, and what expressions give at hits."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Beer-Lambert: what goes d metres through a solid keeps exp(-absorption d) of itself."""
 
 from __future__ import annotations

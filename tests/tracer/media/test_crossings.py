@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Solids that cross at small angles, nearer to one another than a ray's offset: no medium is lost."""
 
 from dataclasses import replace

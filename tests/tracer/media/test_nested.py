@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Nested media: every arrangement has one answer, from whichever side it is seen."""
 
 from dataclasses import replace

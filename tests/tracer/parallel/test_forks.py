@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Forked processes do the work of threads: the same picture, bit for bit, and none of them is left."""
 
 import os

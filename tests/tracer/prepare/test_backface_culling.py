@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Backface culling: what turns its back is not there, for rays and for light, but for solids: rays must leave them."""
 
 from dataclasses import replace

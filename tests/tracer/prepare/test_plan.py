@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What is left out, that it is left out, and that leaving it out changes nothing."""
 
 from dataclasses import FrozenInstanceError, replace

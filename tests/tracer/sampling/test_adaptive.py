@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Adaptive supersampling: where it goes on, a prefix of the full pattern, its audit, and the error estimate."""
 
 from dataclasses import replace

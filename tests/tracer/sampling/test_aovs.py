@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Data passes: depth and normal in closed form, and what they may not change."""
 
 from dataclasses import replace

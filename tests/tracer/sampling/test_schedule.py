@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A deadline: coarse to fine, what is given up first, and that in time nothing is."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Large pictures are traced strip by strip: nobody sees where, and their memory does not grow with them."""
 
 import math

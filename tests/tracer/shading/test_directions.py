@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Where light goes: mirrors and prisms of closed form, to a microradian."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Lamps that rays meet: shape and radiance in closed form, what hides them, and who sees none."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Highlights by linearly transformed cosines, against integrals over GGX and over shapes, and against a mirror."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Rough reflection and refraction by microfacets."""
 
 from dataclasses import replace

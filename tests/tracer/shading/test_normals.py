@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Mapped normals: normal maps and bumps in closed form, whatever the scale, the side and the angle of view."""
 
 from dataclasses import replace

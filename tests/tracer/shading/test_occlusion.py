@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Ambient occlusion, against closed forms: what share of the sky a point sees, weighted by its cosine."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Shading normals: coarse smooth meshes look like the curved surfaces that they stand for."""
 
 from dataclasses import replace

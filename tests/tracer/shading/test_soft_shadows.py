@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The sampler, and shadows of lights that have a size."""
 
 from dataclasses import replace

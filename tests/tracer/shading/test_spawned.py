@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A million rays that leave surfaces: none meets the surface that it leaves, none leaks through it."""
 
 from dataclasses import replace

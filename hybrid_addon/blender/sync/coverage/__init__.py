@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the traced half follows of Blender, setting by setting: tables, and the warnings that come from them.
 
     status.py                 Followed, Named, Within, Irrelevant

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Settings of objects, materials and lights."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Warnings of what a scene, its view layer and their collections have set, and rays do not follow."""
 
 from __future__ import annotations

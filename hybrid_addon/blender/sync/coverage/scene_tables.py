@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Settings of scenes, view layers, worlds and cameras."""
 
 from __future__ import annotations

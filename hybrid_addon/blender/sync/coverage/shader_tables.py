@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Inputs of shaders, volume shaders and outputs.
 
 The layers of a Principled BSDF count only where light reaches them: `_of_*` ask for that.

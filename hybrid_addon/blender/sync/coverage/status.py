@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The words in which the tables of this folder speak: what becomes of each setting, and how the artist is told."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Inputs of nodes of numbers, colours and textures, and settings of all nodes."""
 
 from __future__ import annotations
