@@ -78,7 +78,8 @@ def mask_from_alpha(mask_layer: Float32, user_layer: Float32 | None = None) -> F
     reference = np.float32(1) if user_layer is None else user_layer
     if user_layer is not None:
         _same_size(user_layer, mask_layer)
-    return np.clip(reference - mask_layer, 0, 1).astype(np.float32)
+    result: Float32 = np.clip(reference - mask_layer, 0, 1).astype(np.float32)
+    return result
 
 
 def _same_size(a: Float32, b: Float32) -> None:

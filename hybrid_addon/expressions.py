@@ -49,7 +49,8 @@ class Hits(Protocol):
 
 
 def _mix(t: Array, a: Array, b: Array) -> Array:
-    return a + (b - a) * t
+    result: Array = a + (b - a) * t
+    return result
 
 
 def _ratio(a: Array, b: Array, otherwise: Array) -> Array:
@@ -125,7 +126,8 @@ def _bump(gradient: Array, strength: Array, distance: Array, normal: Array) -> A
 
 def _smooth(x: Array) -> Array:
     x = np.clip(x, 0, 1)
-    return x * x * (3 - 2 * x)
+    result: Array = x * x * (3 - 2 * x)
+    return result
 
 
 OPERATIONS: dict[str, Callable[..., Array]] = {

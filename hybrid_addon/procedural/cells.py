@@ -31,7 +31,8 @@ class Fractal:
     @property
     def single(self) -> Array:
         """Where there is only one octave."""
-        return (self.detail == 0) | (self.roughness == 0) | (self.lacunarity == 0)
+        result: Array = (self.detail == 0) | (self.roughness == 0) | (self.lacunarity == 0)
+        return result
 
     @property
     def count(self) -> int:

@@ -24,19 +24,22 @@ def hsv_to_rgb(hsv: Array) -> Array:
     """Back again."""
     h, s, v = hsv
     ramps = np.stack([np.abs(h * 6 - 3) - 1, 2 - np.abs(h * 6 - 2), 2 - np.abs(h * 6 - 4)])
-    return ((np.clip(ramps, 0, 1) - 1) * s + 1) * v
+    result: Array = ((np.clip(ramps, 0, 1) - 1) * s + 1) * v
+    return result
 
 
 def hue_saturation(hue: Array, saturation: Array, value: Array, factor: Array, color: Array) -> Array:
     """Hue/Saturation/Value."""
     h, s, v = rgb_to_hsv(color)
     shifted = np.stack([(h + hue[0] + 0.5) % 1, np.clip(s * saturation[0], 0, 1), v * value[0]])
-    return three(color) + (np.maximum(hsv_to_rgb(shifted), 0) - three(color)) * factor
+    result: Array = three(color) + (np.maximum(hsv_to_rgb(shifted), 0) - three(color)) * factor
+    return result
 
 
 def screen(a: Array, b: Array) -> Array:
     """Screen."""
-    return 1 - (1 - a) * (1 - b)
+    result: Array = 1 - (1 - a) * (1 - b)
+    return result
 
 
 def overlay(a: Array, b: Array) -> Array:
@@ -46,7 +49,8 @@ def overlay(a: Array, b: Array) -> Array:
 
 def soft_light(a: Array, b: Array) -> Array:
     """Soft Light."""
-    return (1 - a) * b * a + a * screen(a, b)
+    result: Array = (1 - a) * b * a + a * screen(a, b)
+    return result
 
 
 def dodge(a: Array, b: Array) -> Array:
@@ -65,7 +69,8 @@ def ramp(t: Array, table: Array) -> Array:
     i = np.minimum(x.astype(np.intp), len(table) - 2)
     f = (x - i).astype(t.dtype)
     low, high = table.take(i, axis=0).T.astype(t.dtype), table.take(i + 1, axis=0).T.astype(t.dtype)
-    return low + (high - low) * f
+    result: Array = low + (high - low) * f
+    return result
 
 
 def curves(color: Array, table: Array) -> Array:

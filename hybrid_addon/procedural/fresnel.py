@@ -33,4 +33,5 @@ def fresnel_dielectric(cos_i: Array, eta: Array) -> Array:
         rp = rs * (cg - s2) / (cg + s2)
         reflectance = 0.5 * (rs * rs + rp * rp)
     # Along a surface of IOR 1 that is 0 / 0, which fmax makes 0: there is nothing that could reflect.
-    return np.fmin(np.fmax(reflectance, 0.0), 1.0)
+    result: Array = np.fmin(np.fmax(reflectance, 0.0), 1.0)
+    return result

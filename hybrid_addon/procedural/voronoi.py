@@ -154,7 +154,8 @@ def distance_to_edge(p: Array, kind: Kind) -> Array:
     if len(p) == 1:
         left, middle, right = (lattice.point(np.array([[i]], np.int32))[0] for i in (-1, 0, 1))
         x = lattice.local[0]
-        return np.minimum(np.abs((middle + left) / 2 - x), np.abs((middle + right) / 2 - x))
+        result: Array = np.minimum(np.abs((middle + left) / 2 - x), np.abs((middle + right) / 2 - x))
+        return result
     nearest = lattice.nearest()[2] - lattice.local
     best = np.full(p.shape[1], np.inf, np.float32)
     for offset in lattice.around(1):

@@ -53,8 +53,8 @@ def _color(rgb: tuple[float, float, float]) -> str:
 
 
 def _total(node: Node) -> tuple[float, float, float]:
-    sample_buffer = [node.adds, *(_total(child) for child in node.children)]
-    return (sum(s[0] for s in sample_buffer), sum(s[1] for s in sample_buffer), sum(s[2] for s in sample_buffer))
+    sums = [node.adds, *(_total(child) for child in node.children)]
+    return (sum(s[0] for s in sums), sum(s[1] for s in sums), sum(s[2] for s in sums))
 
 
 def _lost(node: Node) -> float:

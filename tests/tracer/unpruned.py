@@ -15,7 +15,7 @@ from hybrid_addon.scene import Expression, Float32, Lens, Scene, Settings, Textu
 from hybrid_addon.tracer import CompiledScene, SceneCache, render
 from hybrid_addon.tracer.emitters.light import CompiledLight
 from hybrid_addon.tracer.prepare import compiled, plan
-from hybrid_addon.tracer.prepare.tables import Prepared
+from hybrid_addon.tracer.prepare.tables import Prepared, prepare
 
 Change = Callable[[Prepared, Settings], Prepared]
 
@@ -26,7 +26,6 @@ def without(*names: str) -> Iterator[None]:
     unknown = sorted({*names} - {*NAMES})
     if unknown:
         raise ValueError(f"no pruning is called {unknown[0]!r}")
-    prepare = compiled.prepare
 
     def worse(scene: Scene, settings: Settings, cache: SceneCache | None = None) -> Prepared:
         for name in names:

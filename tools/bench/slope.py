@@ -6,9 +6,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hybrid_addon.measure.error_time import fits, metrics
-from hybrid_addon.scene import Scene, Settings
+from hybrid_addon.scene import Float64, Scene, Settings
 from hybrid_addon.tracer import trace
 
 from . import files, models
@@ -63,6 +64,6 @@ def _errors(scene: Scene, deep: int) -> list[float]:
     ]
 
 
-def _error(scene: Scene, how: Settings, target: metrics.Float64, region: metrics.Bools) -> float:
+def _error(scene: Scene, how: Settings, target: Float64, region: NDArray[np.bool_]) -> float:
     """Squared."""
     return metrics.rmse(trace(scene, how).radiance, target, region) ** 2

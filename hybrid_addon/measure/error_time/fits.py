@@ -93,5 +93,6 @@ def time_to(target: float, time: Sequence[float], error: Sequence[float]) -> flo
             return t
         t0, e0 = front[k - 1]
         share = math.log(e0 / target) / math.log(e0 / e)
-        return t0 * (t / t0) ** share
+        result: float | None = t0 * (t / t0) ** share
+        return result
     return None

@@ -100,7 +100,8 @@ def flip_library() -> ModuleType | None:
         import flip_evaluator
     except ImportError:
         return None
-    return flip_evaluator
+    result: ModuleType | None = flip_evaluator
+    return result
 
 
 def flip(picture: Picture, reference: Picture) -> Float32 | None:

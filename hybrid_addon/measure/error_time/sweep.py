@@ -73,7 +73,8 @@ class Point:
 
     def seconds(self, phase: str = "trace", clock: str = "wall") -> float:
         """Median of a phase."""
-        return median(times[phase][clock] for times in self.times)
+        result: float = median(times[phase][clock] for times in self.times)
+        return result
 
     def as_dict(self, base: float) -> dict[str, Any]:
         """For JSON. base: seconds that every render spends before it traces."""

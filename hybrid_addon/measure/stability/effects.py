@@ -32,7 +32,7 @@ from ...scene import (
     WorldSun,
 )
 from ...tracer import trace
-from . import build, film, invariance, strength, transforms
+from . import build, film, invariance, lighting, transforms
 from .case import Measured
 from .compare import films_differ, largest
 
@@ -188,7 +188,7 @@ def _() -> Measured:
     return worth_it(max(found))
 
 
-@strength.THEME.case(
+@lighting.THEME.case(
     28,
     "negative-lamps-focus-darkness",
     "photons of lamps of negative strength, and of two that all but cancel",

@@ -61,10 +61,12 @@ class Rays:
     @property
     def camera(self) -> NDArray[np.bool_]:
         """(n,) bool, still a camera ray."""
-        return self.kind == CAMERA_RAY
+        result: NDArray[np.bool_] = self.kind == CAMERA_RAY
+        return result
 
     def __len__(self) -> int:
-        return self.origin.shape[1]
+        result: int = self.origin.shape[1]
+        return result
 
     def take(self, index: Index) -> Rays:
         """The rays `index`, in that order."""
@@ -133,4 +135,5 @@ def traceable(origin: Float32, direction: Float32) -> NDArray[np.bool_]:
     with np.errstate(invalid="ignore", over="ignore"):
         probe = (origin[0] + origin[1] + origin[2]) * 0
         probe += direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]
-        return (probe > 0) & (probe < UNLIMITED)
+        result: NDArray[np.bool_] = (probe > 0) & (probe < UNLIMITED)
+        return result

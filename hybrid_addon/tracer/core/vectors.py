@@ -23,7 +23,7 @@ LONG = 1 << 17
 
 def dot(a: Array, b: Array) -> Array:
     """Dot product of (3, n) with (3, n), or of (3,) with (3, n): (n,)."""
-    result = a[0] * b[0]
+    result: Array = a[0] * b[0]
     result += a[1] * b[1]
     result += a[2] * b[2]
     return result
@@ -66,7 +66,7 @@ def matrix_times(matrix: Array, a: Array) -> Array:
 
 def largest_component(a: Array) -> Array:
     """The largest |coordinate| of each column of (3, n): (n,)."""
-    result = np.abs(a[0])
+    result: Array = np.abs(a[0])
     np.maximum(result, np.abs(a[1]), out=result)
     np.maximum(result, np.abs(a[2]), out=result)
     return result

@@ -16,7 +16,8 @@ def point_on_facing_disk(toward: Float32, d2: Float32, radius: Array, square: Un
     """From the middle of disks of these radii (n,), toward (3, n) away and facing us, to points of them: (3, n)."""
     x, y = disk(*square)
     tangent, bitangent = orthonormal_basis(toward * (1 / np.sqrt(d2)))
-    return tangent * (x * radius) + bitangent * (y * radius)
+    result: Float32 = tangent * (x * radius) + bitangent * (y * radius)
+    return result
 
 
 def lobe_over_facing_disk(lobe: Lobe, toward: Float64, distance: Float64, radius: Float64) -> Float64:

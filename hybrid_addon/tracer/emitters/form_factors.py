@@ -104,7 +104,8 @@ def _negative_eigenvalue(aa: Float64, bb: Float64, x: Float64, y: Float64) -> Fl
     k12, k13, k23 = -x * y / p, -x / p, -y / p
     det = k11 * (k22 * k33 - k23 * k23) - k12 * (k12 * k33 - k23 * k13) + k13 * (k12 * k23 - k22 * k13)
     phi = np.arccos(np.clip(det / 2, -1, 1)) / 3
-    return -(mean + 2 * p * np.cos(phi + 2 * np.pi / 3))
+    result: Float64 = -(mean + 2 * p * np.cos(phi + 2 * np.pi / 3))
+    return result
 
 
 def ball_form_factor(form: Float64, cos: Float64) -> Float64:

@@ -66,7 +66,8 @@ def _overlaps(fine: int, coarse: int) -> Float64:
     """(coarse, fine): share of each of `fine` even parts of a line in each of `coarse` ones."""
     low, high = np.arange(coarse)[:, None] / coarse, np.arange(1, coarse + 1)[:, None] / coarse
     start, end = np.arange(fine)[None] / fine, np.arange(1, fine + 1)[None] / fine
-    return np.maximum(np.minimum(high, end) - np.maximum(low, start), 0) * fine
+    result: Float64 = np.maximum(np.minimum(high, end) - np.maximum(low, start), 0) * fine
+    return result
 
 
 def _lobe_sums(spectrum: NDArray[np.complex128], roughness: float) -> Float32:

@@ -94,7 +94,8 @@ class CompiledWorld:
             return m
         k = self._linear.astype(np.float32)
         e = np.stack([m[i] + k[i, 0] * normal[0] + k[i, 1] * normal[1] + k[i, 2] * normal[2] for i in range(3)])
-        return np.maximum(e, 0)
+        result: Float32 = np.maximum(e, 0)
+        return result
 
 
 def lambert(mean: Float64, vector: Float64, limit: float, dering: str) -> tuple[Float64, Float64]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,7 +154,7 @@ class Grid:
         there = (row >= 0) & (row < self.size[0]) & (column >= 0) & (column < self.size[1])
         return np.where(there, self.number[np.where(there, row * self.size[1] + column, 0)], np.int32(-1))
 
-    def picture(self, values: NDArray) -> NDArray:
+    def picture(self, values: NDArray[Any]) -> NDArray[Any]:
         """Values (..., n) of the pixels as (..., height, width) of the grid; 0 elsewhere."""
         result = np.zeros((*values.shape[:-1], self.size[0] * self.size[1]), values.dtype)
         result[..., self.place] = values

@@ -258,7 +258,7 @@ def _in_chunks(work: Callable[[Pixels], NDArray[Any]], pixels: Pixels) -> NDArra
     )
 
 
-def _quotient(sums: NDArray, seen: NDArray) -> Float32:
+def _quotient(sums: NDArray[Any], seen: NDArray[Any]) -> Float32:
     """Sums (..., m) over seen (m,); 0 where that is 0."""
     with np.errstate(all="ignore"):
         return np.asarray((sums / _or_one(seen)).astype(np.float32))
@@ -269,7 +269,7 @@ def _most(sources: list[Source]) -> int:
     return max(int(np.max(taken, initial=0)) for _, taken in sources)
 
 
-def _or_one(a: NDArray) -> NDArray:
+def _or_one(a: NDArray[Any]) -> NDArray[Any]:
     """(m,): what is not positive, 1."""
     return np.where(a > 0, a, 1)
 

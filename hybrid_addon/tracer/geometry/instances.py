@@ -203,7 +203,8 @@ def _is_smooth(normals: Float32, facets: Float64) -> Bools:
     """Triangles whose shading normal can differ from the geometric one, and whose normals are usable at all."""
     rows = np.ascontiguousarray(normals.T)
     flat = (rows.reshape(3, 3, -1) == facets[:, :3].T.astype(np.float32)).all(axis=(0, 1))
-    return np.isfinite(rows).all(axis=0) & ~flat
+    result: Bools = np.isfinite(rows).all(axis=0) & ~flat
+    return result
 
 
 def corner_data_of(batch: MeshInstances, surface: Int32, layouts: Layouts) -> Float32 | None:

@@ -77,7 +77,7 @@ def masking(cos: Array, alpha: Array | float) -> Array:
 
 def albedos(cos: Array, roughness: Array) -> Float64:
     """The three sums (3, n) at view cosines (n,), bilinear; roughness: (n,), or (1,) for all."""
-    return np.stack([_bilinear(sample_buffer, cos, roughness) for sample_buffer in albedo_table()])
+    return np.stack([_bilinear(sums, cos, roughness) for sums in albedo_table()])
 
 
 def _bilinear(table: Array, cos: Array, roughness: Array) -> Array:
@@ -88,28 +88,32 @@ def _bilinear(table: Array, cos: Array, roughness: Array) -> Array:
     u, v = x - i.astype(x.dtype), y - j.astype(y.dtype)
     if len(j) == 1:  # one row is left; in the order of below, or a chunk with a single hit would differ by a bit
         low = table[j[0]] * (1 - v) + table[j[0] + 1] * v
-        return low.take(i) * (1 - u) + low.take(i + 1) * u
+        only: Array = low.take(i) * (1 - u) + low.take(i + 1) * u
+        return only
     flat, i = table.reshape(-1), i + j * TABLE_SIZE
     left = flat.take(i) * (1 - v) + flat.take(i + TABLE_SIZE) * v
     right = flat.take(i + 1) * (1 - v) + flat.take(i + TABLE_SIZE + 1) * v
-    return left * (1 - u) + right * u
+    result: Array = left * (1 - u) + right * u
+    return result
 
 
-def reflectance(f0: Float64, f90: Float64 | float, sample_buffer: Float64) -> Float64:
+def reflectance(f0: Float64, f90: Float64 | float, sums: Float64) -> Float64:
     """Albedo (3, n) of a lobe with Schlick's Fresnel, with the light that the microfacets scatter more than once."""
-    single = f0 * sample_buffer[0] + f90 * sample_buffer[1]
-    missing = 1 - (sample_buffer[0] + sample_buffer[1])
+    single = f0 * sums[0] + f90 * sums[1]
+    missing = 1 - (sums[0] + sums[1])
     mean = f0 + (f90 - f0) / 21
-    return single + single * mean / (1 - missing * mean) * missing
+    result: Float64 = single + single * mean / (1 - missing * mean) * missing
+    return result
 
 
-def metal_reflectance(f0: Float64, edge: Float64 | None, sample_buffer: Float64) -> Float64:
+def metal_reflectance(f0: Float64, edge: Float64 | None, sums: Float64) -> Float64:
     """Albedo (3, n) of a metal: Schlick's, less a (1 - edge tint) of itself at 82 degrees; None: f0 at all angles."""
     if edge is None:
-        return reflectance(f0, f0, sample_buffer)
+        return reflectance(f0, f0, sums)
     schlick = 1 + (f0 - 1) * (1 - (1 - EDGE_COSINE) ** 5)
     excess = schlick * (1 - edge) / (EDGE_COSINE * (1 - EDGE_COSINE) ** 6)
-    return np.clip(reflectance(f0, 1.0, sample_buffer) - excess * sample_buffer[2], 0, 1)
+    result: Float64 = np.clip(reflectance(f0, 1.0, sums) - excess * sums[2], 0, 1)
+    return result
 
 
 def normal_reflectance(ior: Float64) -> Float64:
@@ -144,7 +148,7 @@ def layered_columns(f: Fields, cos: Float64) -> Float32:
     bare = (f["ior"] == 1) & (f["pane_ior"] == 1)
     covered = np.where(bare, 1 - passing, 1.0)  # what passes unbent misses all layers: Alpha
     traced, coat_traced = f["roughness"] < TRACED_ROUGHNESS, f["coat_roughness"] < TRACED_ROUGHNESS
-    sample_buffer = albedos(cos, f["roughness"][0])
+    sums = albedos(cos, f["roughness"][0])
 
     sheen: Array = np.zeros((1, 1))
     if f["sheen"].any():
@@ -155,18 +159,18 @@ def layered_columns(f: Fields, cos: Float64) -> Float32:
 
     lobe: Array = np.zeros((1, 1))
     if metal.any():
-        lobe = under * metal * metal_reflectance(f["reflection_tint"], f.get("edge_tint"), sample_buffer)
+        lobe = under * metal * metal_reflectance(f["reflection_tint"], f.get("edge_tint"), sums)
     passed = f["transmission_tint"]
     if (f["pane_ior"] != 1).any():
-        pane, passed = _pane(f, cos, sample_buffer)
+        pane, passed = _pane(f, cos, sums)
         lobe = lobe + under * passing * pane
     f0 = f["specular"]
-    dielectric = reflectance(f0, grazing_reflectance(f0), sample_buffer) if f0.any() else np.zeros((1, 1))
+    dielectric = reflectance(f0, grazing_reflectance(f0), sums) if f0.any() else np.zeros((1, 1))
     gloss = under * body * dielectric
     shown = lobe + gloss
     if passing.any():
         f0 = normal_reflectance(f["ior"])
-        interface = under * passing * f["interface_tint"] * reflectance(f0, grazing_reflectance(f0), sample_buffer)
+        interface = under * passing * f["interface_tint"] * reflectance(f0, grazing_reflectance(f0), sums)
         shown = shown + np.where(f["ior"] == 1, 0, interface)
 
     through = np.where(bare, 1.0, tint)
@@ -194,17 +198,17 @@ def _coat(f: Fields, cos: Float64, covered: Array, below: Array) -> tuple[Array,
     """What the coat reflects, what it leaves for what is below, and how it tints that: (1 or 3, 1 or n)."""
     if not f["coat"].any():
         return np.zeros((1, 1)), below, np.ones((1, 1))
-    sample_buffer, f0 = albedos(cos, f["coat_roughness"][0]), normal_reflectance(f["coat_ior"])
-    albedo = f["coat"] * (f0 * sample_buffer[0] + grazing_reflectance(f0) * sample_buffer[1])
+    sums, f0 = albedos(cos, f["coat_roughness"][0]), normal_reflectance(f["coat_ior"])
+    albedo = f["coat"] * (f0 * sums[0] + grazing_reflectance(f0) * sums[1])
     tint = 1 + (slab_tint(f["coat_tint"], cos, f["coat_ior"]) - 1) * np.minimum(f["coat"], 1)
     return covered * below * albedo, below * np.maximum(1 - albedo, 0), tint
 
 
-def _pane(f: Fields, cos: Float64, sample_buffer: Float64) -> tuple[Float64, Float64]:
+def _pane(f: Fields, cos: Float64, sums: Float64) -> tuple[Float64, Float64]:
     """What a thin pane reflects and passes, (3, n), with all that goes to and fro in it; 0 and 1 of none."""
     ior = f["pane_ior"]
     f0 = normal_reflectance(ior)
-    once = reflectance(f0, grazing_reflectance(f0), sample_buffer)
+    once = reflectance(f0, grazing_reflectance(f0), sums)
     color = slab_tint(f["transmission_tint"], cos, ior)
     passed = color * (1 - once) ** 2 / np.maximum(1 - (once * color) ** 2, FAINT)
     none = ior == 1

@@ -87,7 +87,8 @@ class SurfaceTable:
     @property
     def absorbs(self) -> Bools:
         """(s,) whether what passes through it meets a medium that absorbs."""
-        return self.transmits & (self.absorption != 0).any(axis=0)
+        result: Bools = self.transmits & (self.absorption != 0).any(axis=0)
+        return result
 
     @property
     def bounds_solids(self) -> Bools:

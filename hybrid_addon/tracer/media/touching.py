@@ -136,7 +136,8 @@ def _ball_touches(g: Geometry, first: int, prims: Numbers, reach: Float64) -> Bo
     center, radius = g.sphere_center[ball].astype(np.float64), float(g.sphere_radius[ball])
     side = facets[:, :3] @ center - facets[:, 3]
     points = center - np.sign(side)[:, None] * radius * facets[:, :3]
-    return (np.abs(np.abs(side) - radius) <= reach) & _inside(g, prims, points, reach)
+    result: Bools = (np.abs(np.abs(side) - radius) <= reach) & _inside(g, prims, points, reach)
+    return result
 
 
 def _touches(g: Geometry, points: Float64, prims: Numbers, reach: Float64) -> Bools:

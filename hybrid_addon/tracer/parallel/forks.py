@@ -27,7 +27,7 @@ import threading
 import warnings
 from collections.abc import Callable, Iterable
 from math import prod
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -52,7 +52,7 @@ Work = Callable[[bytes], tuple[Stats, bool]]
 _mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if AVAILABLE else None  # not every Linux has glibc
 
 
-def shared_zeros(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray:
+def shared_zeros(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
     """An array of zeros that forked processes write to as one."""
     size = prod(shape) * np.dtype(dtype).itemsize
     return np.frombuffer(mmap.mmap(-1, max(size, 1)), dtype, prod(shape)).reshape(shape)

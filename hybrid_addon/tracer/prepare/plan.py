@@ -14,12 +14,13 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from ...expressions import expressions_of
 from ...scene import Expression, Scene, Settings
 from ..emitters.light import CompiledLight
 from ..emitters.screen_space import backable
 from ..emitters.world import CompiledWorld
 from ..geometry.flatten import Geometry
-from ..materials.surfaces import SurfaceTable, expressions_of
+from ..materials.surfaces import SurfaceTable
 from ..media.nested import Media
 from .light_culling import bounds_of, can_reach
 from .prunings import BY_NAME, PRUNINGS

@@ -107,7 +107,8 @@ class _Lit:
     traces: bool
 
     def __len__(self) -> int:
-        return self.arriving.shape[1]
+        result: int = self.arriving.shape[1]
+        return result
 
 
 def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, stats: Stats, cut: Cut | None) -> _Lit:

@@ -19,7 +19,8 @@ def reflect(wo: Array, n: Array) -> Array:
     """Mirror direction (3, n): 2 (n.wo) n - wo."""
     result = n * (2 * dot(wo, n))
     result -= wo
-    return result
+    found: Array = result
+    return found
 
 
 def mirrored(wo: Float32, n: Float32, roughness: Float32) -> Float32:

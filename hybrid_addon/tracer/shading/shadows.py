@@ -72,7 +72,8 @@ class _Beam:
     media: Stack | None
 
     def __len__(self) -> int:
-        return self.origin.shape[1]
+        result: int = self.origin.shape[1]
+        return result
 
 
 def visible_shares(

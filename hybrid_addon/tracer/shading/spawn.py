@@ -204,7 +204,8 @@ def _within(
     if len(cut):
         sample_buffer.add_residual(rays.sample[cut], weight[cut])
         count_ended(place[cut], weight[cut], stats)
-    return wanted & limit
+    result: Bools = wanted & limit
+    return result
 
 
 def _child(

@@ -164,10 +164,10 @@ def test_in_a_mirror_of_a_mirror():
 def test_no_light_is_counted_twice(rough_samples):
     """Below the sharpest highlight and above it a mirror shows the same sum of a lamp's light."""
     lamp = replace(SQUARE, axis_u=(0.5, 0, 0), axis_v=(0, 0.5, 0))
-    sample_buffer = [
+    sums = [
         seen([lamp], replace(MIRROR, roughness=r), rough_samples=rough_samples)[..., 0].sum() for r in (0.04, 0.0401)
     ]
-    assert sample_buffer[1] == pytest.approx(sample_buffer[0], rel=0.03)
+    assert sums[1] == pytest.approx(sums[0], rel=0.03)
 
 
 def test_the_highlight_of_a_rough_mirror_keeps_the_light():
