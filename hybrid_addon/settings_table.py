@@ -147,48 +147,48 @@ SCENE = (
         group="MODE", flag="default: the file's own", changes="SCENE",
     ),
     Setting(
-        "samples", "INT", 16, "Samples", "Rays through each ray traced pixel (supersampling). 1 switches it off",
-        group="QUALITY", low=1, high=65536, soft_high=256, flag="rays through each ray traced pixel",
+        "samples", "INT", 16, "Samples", "Samples of each ray traced pixel; 1 is no anti-aliasing",
+        group="QUALITY", low=1, high=65536, soft_high=256, flag="samples of each ray traced pixel",
     ),
     Setting(
-        "max_depth", "INT", 32, "Max Bounces", "How often a ray may be reflected or refracted after it left the camera",
+        "max_depth", "INT", 32, "Max Bounces", "The most reflections and refractions of a ray",
         group="QUALITY", low=0, high=1024, soft_high=64, flag="bounces",
     ),
     Setting(
         "cutoff", "FLOAT", 1 / 255, "Cutoff",
-        "Share of its light that a sample may lose to rays that would bring little; 0 follows every ray",
+        "Skip rays that contribute less than this share of a sample; 0 traces every ray",
         group="QUALITY", low=0.0, high=1.0, soft_high=0.1, precision=4,
-        flag="share that a sample may lose to small rays",
+        flag="skip rays below this share of a sample",
     ),
     Setting(
         "adaptive", "FLOAT", 0.05, "Adaptive Sampling",
-        "Pixels stop early where objects, paths and, within this contrast, colours agree; 0 is off",
+        "Stop sampling a pixel when its contrast falls below this; 0 is off",
         group="QUALITY", low=0.0, high=0.99, soft_high=0.2, precision=3, flag="contrast; 0: all samples everywhere",
     ),
     Setting(
         "time_budget", "FLOAT", 0.0, "Time Budget",
-        "Seconds for a frame, EEVEE included; what does not fit is given up, samples first. 0 is no limit",
+        "Seconds for a frame, EEVEE included. If they are short, samples go first; 0 is no limit",
         group="QUALITY", low=0.0, soft_high=3600.0, step=100, unit="TIME_ABSOLUTE",
-        flag="for a frame, EEVEE included; what does not fit is given up, samples first; 0: no limit",
+        flag="for a frame, EEVEE included; samples go first; 0: no limit",
     ),
     Setting(
         "shadow_samples", "INT", 1, "Shadow Samples",
-        "Rays to each light with a size, for each sample of a pixel; 0 draws hard shadows",
+        "Shadow rays to each light that has a size, per sample; 0 is hard shadows",
         group="QUALITY", low=0, high=1024, soft_high=16, flag="0: hard shadows",
     ),
     Setting(
         "rough_samples", "INT", 1, "Rough Samples",
-        "Rays for each reflection and refraction of what is rough; 0 shows a blurred world, no objects",
-        group="QUALITY", low=0, high=64, soft_high=16, flag="0: rough mirrors are sharp",
+        "Rays per reflection and refraction of rough surfaces; 0 shows the blurred world, no objects",
+        group="QUALITY", low=0, high=64, soft_high=16, flag="0: the world's blurred image",
     ),
     Setting(
         "occlusion_samples", "INT", 0, "Occlusion Samples",
-        "Rays that find how much of the world's diffuse light is hidden in corners; 0 hides none, as EEVEE",
+        "Ambient occlusion rays per hit; 0 is off, as in EEVEE",
         group="LIGHT", low=0, high=64, soft_high=16, flag="0: no ambient occlusion",
     ),
     Setting(
         "occlusion_distance", "FLOAT", 0.0, "Occlusion Distance",
-        "What is further away hides nothing; 0 takes the distance of EEVEE's Fast GI, if it has one",
+        "Objects farther away do not occlude; 0 takes the distance of EEVEE's Fast GI, if it has one",
         group="LIGHT", low=0.0, soft_high=100.0, unit="LENGTH", flag="0: as EEVEE's Fast GI",
     ),
     Setting(
@@ -204,14 +204,14 @@ SCENE = (
         changes="SCENE",
     ),
     Setting(
-        "caustics", "ENUM", "NONE", "Caustics", "Light that ray traced objects focus, where their shadows are traced",
+        "caustics", "ENUM", "NONE", "Caustics", "Light that ray traced objects focus; needs Traced Shadows",
         choices=(
             Choice("NONE", "None", "Light goes straight through: even shadows"),
             Choice(
                 "SIMPLE", "Simple",
                 "Brighten the middle of shadows by angle and IOR: a guess for round bodies, no rays",
             ),
-            Choice("PHOTONS", "Photons", "Trace photons from the lights through the objects, as light really goes"),
+            Choice("PHOTONS", "Photons", "Trace photons from the lights through the objects"),
         ),
         group="LIGHT", flag="of traced shadows", changes="SCENE",
     ),
@@ -220,9 +220,9 @@ SCENE = (
         group="LIGHT", low=1, high=2_000_000_000, soft_high=100_000_000, flag="for caustics by photons",
     ),
     Setting(
-        "raster_backed", "BOOL", True, "Raster-Backed Hits",
-        "Reflections and refractions show EEVEE's own pixels of matte surfaces, and of nodes not followed",
-        group="LIGHT", flag="show EEVEE's own pixels in reflections where they are known, or shade everything there",
+        "raster_backed", "BOOL", True, "Use EEVEE Pixels",
+        "Reflections and refractions reuse EEVEE's own pixels of matte surfaces, and of unsupported nodes",
+        group="LIGHT", flag="reuse EEVEE's own pixels in reflections where they are known, or shade everything there",
         changes="SCENE",
     ),
     Setting(
@@ -239,16 +239,16 @@ SCENE = (
         choices=(
             Choice("DEPTH", "Depth", "Distance along the view axis; 1e10 where no ray traced object is", 1),
             Choice("NORMAL", "Normal", "Normal in world space, at pixel centers as depth is", 2),
-            Choice("SAMPLES", "Samples", "Camera rays that the pixel took", 4),
+            Choice("SAMPLES", "Samples", "Camera rays of each pixel", 4),
             Choice(
-                "SHADOW", "Shadow", "Traced shadows: what is left of the light on what EEVEE draws; 1 without them", 8,
+                "SHADOW", "Shadow", "Share of the light that traced shadows leave on EEVEE's half; 1 is no shadow", 8,
             ),
             Choice("REFLECTION", "Reflection", "Light that the first surface mirrors", 16),
             Choice("REFRACTION", "Refraction", "Light that comes through the first surface", 32),
             Choice(
-                "RASTER_BACKED", "Raster-Backed", "Share of the way of the light that ends at EEVEE's own pixels", 64,
+                "RASTER_BACKED", "Raster-Backed", "Share of the light that comes from EEVEE's own pixels", 64,
             ),
-            Choice("RESIDUAL", "Residual", "Light that was cut off, as a share; the node has it in any case", 128),
+            Choice("RESIDUAL", "Residual", "Share of the light that was cut off; the node always has it", 128),
         ),
         group="PASSES", changes="PASSES",
     ),
@@ -263,16 +263,16 @@ SCENE = (
     ),
     Setting(
         "preview_budget", "FLOAT", 0.0, "Preview Time",
-        "Seconds that a viewport at rest may be refined for; 0 goes on until it has all Samples",
+        "Seconds to refine a viewport at rest; 0 goes on until all Samples are taken",
         group="VIEWPORT", low=0.0, high=3600.0, soft_high=60.0, subtype="TIME_ABSOLUTE", changes="PREVIEW",
         animatable=False,
     ),
     Setting(
-        "insets", "BOOL", False, "Insets", "Mask and traced half as two small pictures over the Render Result",
+        "insets", "BOOL", False, "Insets", "Show mask and traced half as small pictures over the Render Result",
         group="EDITOR", changes="EDITOR", animatable=False,
     ),
     Setting(
-        "shown", "ENUM", "PICTURE", "Show", "What the Image Editor shows of the last render, in full size",
+        "shown", "ENUM", "PICTURE", "Show", "Picture of the last render that the Image Editor shows",
         choices=(
             Choice("PICTURE", "Picture", "The Render Result: both halves, and your compositor nodes"),
             Choice("RASTER", "EEVEE's Half", "What EEVEE drew, times 1 - mask"),

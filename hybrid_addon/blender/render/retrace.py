@@ -126,7 +126,7 @@ def why_not(scene: bpy.types.Scene, thorough: bool = False) -> str:
         return f"{changed} since the last render: press F12"
     missing = {
         "Traced Shadows has": known.shadows != scene_setup.traces_shadows(scene),
-        "Raster-Backed Hits has": scene_setup.needs_raster(scene) and known.depth is None,
+        "Use EEVEE Pixels has": scene_setup.needs_raster(scene) and known.depth is None,
         "Caustics has": scene_setup.needs_albedo(scene) and known.albedo is None,
     }
     what = next((name for name, is_missing in missing.items() if is_missing), "")

@@ -46,7 +46,7 @@ class HybridAdvice(PropertyGroup):
 class HYBRID_OT_advise(bpy.types.Operator):
     bl_idname = "hybrid.advise"
     bl_label = "What Needs Rays?"
-    bl_description = "Find the objects that EEVEE cannot draw, say why, how much they cover and what rays would cost"
+    bl_description = "Find the objects that need rays: why, how much of the picture they cover, and the cost"
     bl_options = {"REGISTER"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -68,7 +68,7 @@ class HYBRID_OT_advise(bpy.types.Operator):
 
 class HYBRID_OT_flag_advised(bpy.types.Operator):
     bl_idname = "hybrid.flag_advised"
-    bl_label = "Flag All Suggested"
+    bl_label = "Tick All Suggested"
     bl_description = "Make all suggested objects ray traced"
     bl_options = {"REGISTER", "UNDO"}
 

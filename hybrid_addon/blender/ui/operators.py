@@ -101,7 +101,7 @@ class HYBRID_OT_ray_traced_set(bpy.types.Operator):
 class HYBRID_OT_copy_to_selected(bpy.types.Operator):
     bl_idname = "hybrid.copy_to_selected"
     bl_label = "Copy Ray Tracing to Selected"
-    bl_description = "Give the selected objects the active object's flag, surface and values"
+    bl_description = "Give the selected objects the active object's tick, surface and values"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -143,7 +143,7 @@ class HYBRID_OT_select_ray_traced(bpy.types.Operator):
 class HYBRID_OT_clear_all(bpy.types.Operator):
     bl_idname = "hybrid.clear_all"
     bl_label = "Clear All Ray Traced"
-    bl_description = "Let EEVEE draw every object of this scene again: clears the flags of objects and collections"
+    bl_description = "Let EEVEE draw every object of this scene again: clears the ticks of objects and collections"
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -154,7 +154,7 @@ class HYBRID_OT_clear_all(bpy.types.Operator):
 class HYBRID_OT_collection_toggle(bpy.types.Operator):
     bl_idname = "hybrid.collection_toggle"
     bl_label = "Toggle Ray Traced Collection"
-    bl_description = "Ray trace all objects of the active collection, or none by it"
+    bl_description = "Ray trace all objects of the active collection, or stop it"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -164,7 +164,7 @@ class HYBRID_OT_collection_toggle(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         settings = context.collection.hybrid
         settings.ray_traced = not settings.ray_traced
-        on, off = rpt_("{}: all its objects are ray traced"), rpt_("{}: its objects follow their own flags")
+        on, off = rpt_("{}: all its objects are ray traced"), rpt_("{}: its objects follow their own ticks")
         self.report({"INFO"}, (on if settings.ray_traced else off).format(context.collection.name))
         return {"FINISHED"}
 

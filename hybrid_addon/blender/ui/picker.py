@@ -52,7 +52,7 @@ def shows_render(space: bpy.types.Space | None) -> bool:
 class HYBRID_OT_explain_pixel(bpy.types.Operator):
     bl_idname = "hybrid.explain_pixel"
     bl_label = "Why Is This Pixel Like This?"
-    bl_description = "Click a pixel: the rays through it, what they met, and what each of them brought, as text"
+    bl_description = "Click a pixel to read its rays: the objects that they hit, and the light that each contributes"
     bl_options = {"REGISTER", "UNDO"}
 
     x: bpy.props.IntProperty(name="X", description="From the left edge of the frame", min=0)  # type: ignore[valid-type]

@@ -83,11 +83,11 @@ GERMAN = {
         "Die ausgewählten Objekte vom Raytracer zeichnen lassen oder wieder von EEVEE"
     ),
     "Clear All Ray Traced": "Alles Raytracing aufheben",
-    "Let EEVEE draw every object of this scene again: clears the flags of objects and collections": (
+    "Let EEVEE draw every object of this scene again: clears the ticks of objects and collections": (
         "EEVEE wieder alle Objekte der Szene zeichnen lassen: löscht die Häkchen von Objekten und Sammlungen"
     ),
     "Copy Ray Tracing to Selected": "Raytracing auf Auswahl kopieren",
-    "Give the selected objects the active object's flag, surface and values": (
+    "Give the selected objects the active object's tick, surface and values": (
         "Den ausgewählten Objekten Häkchen, Oberfläche und Werte des aktiven Objekts geben"
     ),
     "Select All Ray Traced": "Alle mit Raytracing auswählen",
@@ -95,7 +95,7 @@ GERMAN = {
         "Alle Objekte mit Raytracing auswählen, durch sich selbst oder durch eine Sammlung"
     ),
     "Toggle Ray Traced Collection": "Raytracing der Sammlung umschalten",
-    "Ray trace all objects of the active collection, or none by it": (
+    "Ray trace all objects of the active collection, or stop it": (
         "Raytracing für alle Objekte der aktiven Sammlung oder durch sie für keines"
     ),
     "Select an object with a surface": "Ein Objekt mit einer Oberfläche auswählen",
@@ -108,7 +108,7 @@ GERMAN = {
     "{} objects are ray traced": "{} Objekte mit Raytracing",
     "1 object is ray traced": "1 Objekt mit Raytracing",
     "{}: all its objects are ray traced": "{}: Raytracing für alle ihre Objekte",
-    "{}: its objects follow their own flags": "{}: für ihre Objekte gelten deren Häkchen",
+    "{}: its objects follow their own ticks": "{}: für ihre Objekte gelten deren Häkchen",
     # the scene
     "Draw the ray traced objects of this scene with the ray tracer, composited into EEVEE's picture": (
         "Die Objekte dieser Szene mit Raytracing vom Raytracer zeichnen lassen und in EEVEEs Bild einsetzen"
@@ -123,39 +123,39 @@ GERMAN = {
     "EEVEE draws everything, as if the add-on were off": "EEVEE zeichnet alles, als wäre das Add-on aus",
     "Full": "Ganz",
     "The ray tracer draws every pixel; EEVEE is not used": "Der Raytracer zeichnet jeden Pixel, ohne EEVEE",
-    "Rays through each ray traced pixel (supersampling). 1 switches it off": (
+    "Samples of each ray traced pixel; 1 is no anti-aliasing": (
         "Strahlen durch jeden Pixel mit Raytracing (Supersampling). 1 schaltet es aus"
     ),
     "Max Bounces": "Max. Abprallungen",
-    "How often a ray may be reflected or refracted after it left the camera": (
+    "The most reflections and refractions of a ray": (
         "Wie oft ein Strahl nach der Kamera reflektiert oder gebrochen werden darf"
     ),
     "Adaptive Sampling": "Adaptives Sampling",
-    "Pixels stop early where objects, paths and, within this contrast, colours agree; 0 is off": (
+    "Stop sampling a pixel when its contrast falls below this; 0 is off": (
         "Pixel enden früh, wo Objekte, Wege und, bis auf diesen Kontrast, Farben übereinstimmen; 0 ist aus"
     ),
     "Cutoff": "Abbruch",
-    "Share of its light that a sample may lose to rays that would bring little; 0 follows every ray": (
+    "Skip rays that contribute less than this share of a sample; 0 traces every ray": (
         "Anteil seines Lichts, den ein Sample an Strahlen verlieren darf, die wenig brächten; 0 folgt jedem Strahl"
     ),
     "Time Budget": "Zeitbudget",
-    "Seconds for a frame, EEVEE included; what does not fit is given up, samples first. 0 is no limit": (
+    "Seconds for a frame, EEVEE included. If they are short, samples go first; 0 is no limit": (
         "Sekunden für ein Bild samt EEVEE; was nicht hineinpasst, entfällt, Samples zuerst. 0 ist ohne Grenze"
     ),
     "Rough Samples": "Samples für Rauheit",
-    "Rays for each reflection and refraction of what is rough; 0 shows a blurred world, no objects": (
+    "Rays per reflection and refraction of rough surfaces; 0 shows the blurred world, no objects": (
         "Strahlen für jede Spiegelung und Brechung von Rauem; 0 zeigt dort die Welt verschwommen, und keine Objekte"
     ),
     "Occlusion Samples": "Samples für Verdeckung",
-    "Rays that find how much of the world's diffuse light is hidden in corners; 0 hides none, as EEVEE": (
+    "Ambient occlusion rays per hit; 0 is off, as in EEVEE": (
         "Strahlen, die finden, wie viel vom diffusen Licht der Welt in Ecken verdeckt ist; 0 verdeckt nichts, wie EEVEE"
     ),
     "Occlusion Distance": "Reichweite der Verdeckung",
-    "What is further away hides nothing; 0 takes the distance of EEVEE's Fast GI, if it has one": (
+    "Objects farther away do not occlude; 0 takes the distance of EEVEE's Fast GI, if it has one": (
         "Was weiter weg ist, verdeckt nichts; 0 nimmt die Reichweite von EEVEEs Fast GI, wenn es eine hat"
     ),
     "Shadow Samples": "Schatten-Samples",
-    "Rays to each light with a size, for each sample of a pixel; 0 draws hard shadows": (
+    "Shadow rays to each light that has a size, per sample; 0 is hard shadows": (
         "Strahlen zu jedem Licht mit Ausdehnung, für jedes Sample eines Pixels; 0 zeichnet harte Schatten"
     ),
     "Traced Shadows": "Schatten durch Raytracing",
@@ -173,7 +173,7 @@ GERMAN = {
     "On": "An",
     "The ray tracer draws them all": "Der Raytracer zeichnet sie alle",
     "Caustics": "Kaustiken",
-    "Light that ray traced objects focus, where their shadows are traced": (
+    "Light that ray traced objects focus; needs Traced Shadows": (
         "Licht, das Objekte mit Raytracing bündeln, wo ihre Schatten verfolgt werden"
     ),
     "Light goes straight through: even shadows": "Licht geht gerade hindurch: gleichmäßige Schatten",
@@ -181,14 +181,14 @@ GERMAN = {
         "Die Mitte der Schatten nach Winkel und IOR aufhellen: geschätzt für runde Körper, ohne Strahlen"
     ),
     "Photons": "Photonen",
-    "Trace photons from the lights through the objects, as light really goes": (
+    "Trace photons from the lights through the objects": (
         "Photonen von den Lichtern durch die Objekte verfolgen, wie Licht wirklich geht"
     ),
     "Photons for the caustics of a frame: more make them less grainy": (
         "Photonen für die Kaustiken eines Bildes: mehr machen sie weniger körnig"
     ),
-    "Raster-Backed Hits": "Treffer aus dem Raster",
-    "Reflections and refractions show EEVEE's own pixels of matte surfaces, and of nodes not followed": (
+    "Use EEVEE Pixels": "EEVEE-Pixel verwenden",
+    "Reflections and refractions reuse EEVEE's own pixels of matte surfaces, and of unsupported nodes": (
         "Spiegelungen und Brechungen zeigen EEVEEs Pixel von matten Oberflächen und nicht verfolgten Nodes"
     ),
     "Light Falloff": "Lichtabfall",
@@ -203,7 +203,7 @@ GERMAN = {
     "Inverse square without an end, as Cycles has it": "Quadratisch und ohne Ende, wie in Cycles",
     "Light": "Licht",
     "Residual": "Rest",
-    "Light that was cut off, as a share; the node has it in any case": (
+    "Share of the light that was cut off; the node always has it": (
         "Abgebrochenes Licht, als Anteil; der Node hat es in jedem Fall"
     ),
     "Viewport Preview": "Vorschau im Ansichtsfenster",
@@ -213,8 +213,8 @@ GERMAN = {
         "Abstand entlang der Blickachse; 1e10, wo kein Objekt mit Raytracing ist"
     ),
     "Normal in world space, at pixel centers as depth is": "Normale im Weltraum, in Pixelmitten wie die Tiefe",
-    "Camera rays that the pixel took": "Kamerastrahlen des Pixels",
-    "Traced shadows: what is left of the light on what EEVEE draws; 1 without them": (
+    "Camera rays of each pixel": "Kamerastrahlen des Pixels",
+    "Share of the light that traced shadows leave on EEVEE's half; 1 is no shadow": (
         "Verfolgte Schatten: was von dem Licht bleibt auf dem, was EEVEE zeichnet; 1 ohne sie"
     ),
     "Reflection": "Spiegelung",
@@ -222,21 +222,21 @@ GERMAN = {
     "Refraction": "Brechung",
     "Light that comes through the first surface": "Licht, das durch die erste Oberfläche kommt",
     "Raster-Backed": "Aus dem Raster",
-    "Share of the way of the light that ends at EEVEE's own pixels": "Anteil des Lichtwegs, der an EEVEEs Pixeln endet",
+    "Share of the light that comes from EEVEE's own pixels": "Anteil des Lichtwegs, der an EEVEEs Pixeln endet",
     "Ray Traced Preview": "Vorschau mit Raytracing",
     "Trace the ray traced objects in rendered viewports as soon as the view rests": (
         "Die Objekte mit Raytracing in gerenderten Ansichten verfolgen, sobald die Ansicht ruht"
     ),
     "Preview Time": "Vorschauzeit",
-    "Seconds that a viewport at rest may be refined for; 0 goes on until it has all Samples": (
+    "Seconds to refine a viewport at rest; 0 goes on until all Samples are taken": (
         "Sekunden, die eine ruhende Ansicht verfeinert werden darf; 0 macht weiter, bis sie alle Samples hat"
     ),
     # what needs rays
     "What Needs Rays?": "Was braucht Raytracing?",
-    "Find the objects that EEVEE cannot draw, say why, how much they cover and what rays would cost": (
+    "Find the objects that need rays: why, how much of the picture they cover, and the cost": (
         "Objekte finden, die EEVEE nicht zeichnen kann; sagen, warum, wie viel sie bedecken und was Strahlen kosten"
     ),
-    "Flag All Suggested": "Alle Vorschläge übernehmen",
+    "Tick All Suggested": "Alle Vorschläge übernehmen",
     "Make all suggested objects ray traced": "Raytracing für alle vorgeschlagenen Objekte",
     "No object here needs rays": "Kein Objekt hier braucht Raytracing",
     "Rough surfaces are left to EEVEE": "Raue Oberflächen bleiben EEVEE überlassen",
@@ -245,7 +245,7 @@ GERMAN = {
     "{} objects need rays": "{} Objekte brauchen Raytracing",
     # the Image Editor
     "Why Is This Pixel Like This?": "Warum ist dieser Pixel so?",
-    "Click a pixel: the rays through it, what they met, and what each of them brought, as text": (
+    "Click a pixel to read its rays: the objects that they hit, and the light that each contributes": (
         "Einen Pixel anklicken: seine Strahlen, was sie trafen und was jeder von ihnen brachte, als Text"
     ),
     "Click a pixel of the picture.  Esc: Cancel": "Einen Pixel des Bildes anklicken.  Esc: Abbrechen",
@@ -258,10 +258,10 @@ GERMAN = {
     ),
     "A render is running": "Es wird gerade gerendert",
     "Insets": "Einblendungen",
-    "Mask and traced half as two small pictures over the Render Result": (
+    "Show mask and traced half as small pictures over the Render Result": (
         "Maske und verfolgte Hälfte als zwei kleine Bilder über dem Renderergebnis"
     ),
-    "What the Image Editor shows of the last render, in full size": (
+    "Picture of the last render that the Image Editor shows": (
         "Was der Bildeditor vom letzten Rendern zeigt, in voller Größe"
     ),
     "Picture": "Bild",

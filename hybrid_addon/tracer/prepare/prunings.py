@@ -29,19 +29,23 @@ class Pruning:
 
 
 PRUNINGS = (
-    Pruning("empty-mask", "exact", "tracing, and making the scene ready for it", "the mask is 0 everywhere", "pixels"),
+    Pruning("empty-mask", "exact", "tracing, and preparing the scene", "the mask is 0 everywhere", "pixels"),
     Pruning(
         "unmasked", "exact if", "pixels", "the mask is 0 there: it covers all that the pixel filter spreads", "pixels"
     ),
     Pruning(
         "unchanged",
         "exact if",
-        "making ready, and search trees",
+        "preparing meshes, and building search trees",
         "the last frame had the same, byte for byte",
         "triangles",
     ),
     Pruning(
-        "weightless", "exact", "single reflected and refracted rays", "they carry nothing: R or T is 0 there", "rays"
+        "weightless",
+        "exact",
+        "single reflected and refracted rays",
+        "they contribute nothing: R or T is 0 there",
+        "rays",
     ),
     Pruning("secondary", "exact if", "the search tree for reflected and refracted rays", "there are no such rays"),
     Pruning(
@@ -49,9 +53,15 @@ PRUNINGS = (
     ),
     Pruning("any-hit", "exact if", "the nearest hit along shadow rays", "nothing is hit, or all is opaque", "rays"),
     Pruning("absorption", "exact if", "absorption on the way of rays", "no closed body absorbs"),
-    Pruning("cutoff", "bounded", "rays that bring little", "Cutoff is above 0: no sample loses more than that", "rays"),
     Pruning(
-        "faint-light", "bounded", "light that hardly counts", "Cutoff is above 0: light is a small part of it", "rays"
+        "cutoff", "bounded", "rays that contribute little", "Cutoff is above 0: no sample loses more than that", "rays"
+    ),
+    Pruning(
+        "faint-light",
+        "bounded",
+        "light that contributes little",
+        "Cutoff is above 0: light is a small part of it",
+        "rays",
     ),
     Pruning(
         "adaptive",

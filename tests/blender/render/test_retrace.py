@@ -181,7 +181,7 @@ def test_settings_that_change_what_eevee_draws_are_refused(hybrid):
     hybrid.hybrid.raster_backed = False
     render(hybrid)
     refused(hybrid, "Traced Shadows", traced_shadows=False)
-    refused(hybrid, "Raster-Backed Hits", raster_backed=True)
+    refused(hybrid, "Use EEVEE Pixels", raster_backed=True)
     refused(hybrid, "settings", resolution=(24, 16))
     trace_again(hybrid)
 
