@@ -30,6 +30,7 @@ def studio(addon):
     scene.render.engine = "BLENDER_EEVEE" if "BLENDER_EEVEE" in kinds else "BLENDER_EEVEE_NEXT"
     scene.render.resolution_x, scene.render.resolution_y = SIZE
     scene.eevee.taa_render_samples = 4
+    scene.eevee.use_shadows = False  # most of the time of software OpenGL
     for i, (name, (metallic, roughness)) in enumerate(BALLS.items()):
         bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=0.9, location=(2 * i - 2, 0, 0))
         ball = bpy.context.object
