@@ -15,6 +15,7 @@ from bpy.app.handlers import persistent
 from . import preview, session
 from .pipeline import eevee_shadows, note, scene_setup
 from .pipeline.fingerprint import Fingerprint, fingerprint
+from .pipeline.guard import guard
 from .render import images, retrace
 from .ui import defaults
 
@@ -170,10 +171,14 @@ def _after_save(*_args: Any) -> None:
 
 @persistent
 def _before_render(scene: bpy.types.Scene, *_args: Any) -> None:
-    """In the background only: in a window this runs on the render thread, where editing the scene crashes Blender."""
+    """In the background only: in a window this runs on the render thread, where editing the scene crashes Blender.
+
+    Whatever is evaluated here must not have our handlers edit scenes in the middle of it: that crashes Blender, too.
+    """
     if bpy.app.background and not scene_setup.is_trace_scene(scene):
         scene_setup.sync(scene)
-    retrace.begins(scene)
+    with guard():
+        retrace.begins(scene)
 
 
 @persistent

@@ -291,6 +291,7 @@ def _sync_trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene:
         trace[TRACE_MARK] = True
         trace.background_set = scene
         trace.view_layers[0].name = TRACE_LAYER
+        trace.view_layers[0].update()  # a render that meets a scene which was never evaluated crashes
     set_(trace, "camera", scene.camera or _marker_camera(scene))  # Blender refuses to render a scene without one
     copy_evaluation(scene, trace)
     return trace
