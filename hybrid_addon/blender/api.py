@@ -182,9 +182,11 @@ def check_camera(scene: bpy.types.Scene, camera: bpy.types.Object | None) -> Non
         raise HybridError(reason)
     if camera is None:
         raise HybridError(f"scene '{scene.name}' has no camera: add one and make it the active camera")
-    if camera.type != "CAMERA" or camera.data.type not in {"PERSP", "ORTHO"}:
-        kind = camera.data.type.lower() if camera.type == "CAMERA" else camera.type.lower()
-        raise HybridError(f"camera '{camera.name}' is {kind}: hybrid rendering needs a perspective or orthographic one")
+    if camera.type != "CAMERA":
+        raise HybridError(
+            f"scene '{scene.name}' looks through '{camera.name}', which is no camera but of type {camera.type}: "
+            "choose a camera"
+        )
 
 
 # ------------------------------------------------------------------------------------------------ small parts

@@ -190,7 +190,8 @@ def test_a_failure_leaves_no_picture_and_an_exit_code(
     """EEVEE's half with a hole in it, and exit code 0, is what a farm would take for a picture."""
     output = folder / "failed"
     output.mkdir(exist_ok=True)
-    spoil = "import bpy; bpy.context.scene.camera.data.type = 'PANO'; print('TEMPORARY', bpy.app.tempdir)"
+    lamp = "next(o for o in bpy.data.objects if o.type == 'LIGHT')"
+    spoil = f"import bpy; bpy.context.scene.camera = {lamp}; print('TEMPORARY', bpy.app.tempdir)"
     printed = blender("-b", scene, "--python-expr", spoil, "-o", output / "f_####", "-F", "PNG", *how, code=1)
     assert printed.count("Hybrid: ") == 1, printed
     assert not list(output.iterdir())

@@ -7,7 +7,7 @@ Object.calc_matrix_camera on random cameras.
 
 from __future__ import annotations
 
-from typing import Literal, cast
+from typing import Literal
 
 import bpy
 import numpy as np
@@ -33,7 +33,7 @@ def translate_camera(
     b_camera = b_object.data
     name_settings(b_camera, f"camera {b_object.name!r}", warn)
     return Camera(
-        projection=_projection(b_object),
+        projection=_projection(b_object, warn),
         matrix_world=matrix_without_scale(b_object),
         view_plane=view_plane(b_camera, resolution, (b_scene.render.pixel_aspect_x, b_scene.render.pixel_aspect_y)),
         resolution=resolution,
@@ -56,13 +56,13 @@ def _active_camera(b_depsgraph: bpy.types.Depsgraph, b_scene: bpy.types.Scene) -
     return b_object
 
 
-def _projection(b_object: bpy.types.Object) -> Literal["PERSP", "ORTHO"]:
+def _projection(b_object: bpy.types.Object, warn: Warnings) -> Literal["PERSP", "ORTHO"]:
+    """EEVEE draws every camera that is not orthographic as the perspective one of its lens."""
     kind = b_object.data.type
     if kind not in ("PERSP", "ORTHO"):
-        raise UnsupportedError(
-            f"camera {b_object.name!r} is of type {kind}; set Lens > Type to Perspective or Orthographic"
-        )
-    return cast(Literal["PERSP", "ORTHO"], kind)
+        name = b_object.data.bl_rna.properties["type"].enum_items[kind].name
+        warn.add(f"camera {b_object.name!r}: its type {name} is Cycles' alone; drawn as Perspective, as EEVEE draws it")
+    return "ORTHO" if kind == "ORTHO" else "PERSP"
 
 
 def matrix_without_scale(b_object: bpy.types.Object) -> Float64:

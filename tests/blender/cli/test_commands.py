@@ -161,9 +161,9 @@ def test_no_camera(addon, tmp_path, capfd):
     refuse(capfd, render(blend, tmp_path / "o.png"), "no camera")
 
 
-def test_panoramic_camera(addon, tmp_path, capfd):
-    blend = save(tmp_path / "x.blend", lambda scene: setattr(scene.camera.data, "type", "PANO"))
-    refuse(capfd, render(blend, tmp_path / "o.png"), "'Camera' is pano")
+def test_a_lamp_for_a_camera(addon, tmp_path, capfd):
+    blend = save(tmp_path / "x.blend", lambda scene: setattr(scene, "camera", bpy.data.objects["Light"]))
+    refuse(capfd, render(blend, tmp_path / "o.png"), "'Light', which is no camera")
 
 
 def test_another_engine(addon, tmp_path, capfd):

@@ -122,8 +122,8 @@ def remove_camera():
     bpy.data.objects.remove(bpy.data.objects["Camera"])
 
 
-def panoramic():
-    bpy.data.cameras["Camera"].type = "PANO"
+def through_a_lamp():
+    bpy.context.scene.camera = bpy.data.objects["Light"]
 
 
 def raster():
@@ -135,7 +135,7 @@ def raster():
     [
         (unmark, "nothing is ray traced"),
         (remove_camera, "camera"),
-        (panoramic, "camera"),
+        (through_a_lamp, "camera"),
         (raster, "nothing is ray traced"),
     ],
 )

@@ -114,10 +114,18 @@ def test_the_window_and_clipping_are_passed_on(scene):
     assert (camera.clip_start, camera.clip_end) == (0.25, 40.0)
 
 
-def test_a_panoramic_camera_is_refused_by_name(scene):
-    scene.camera.data.type = "PANO"
-    with pytest.raises(UnsupportedError, match="'Camera' is of type PANO; set"):
-        translated(scene)
+@pytest.mark.parametrize("kind", ["PANO", "CUSTOM"])
+def test_a_camera_of_cycles_is_the_perspective_one_that_eevee_draws(scene, kind):
+    """Bit for bit: EEVEE's pictures are the same, too."""
+    scene.camera.data.lens, scene.camera.data.shift_x = 35.0, 0.1
+    bpy.context.view_layer.update()
+    plain = translated(scene)
+    scene.camera.data.type = kind
+    warn = Warnings()
+    bpy.context.view_layer.update()
+    camera = translated(scene, warn=warn)
+    assert (camera.projection, camera.view_plane) == (plain.projection, plain.view_plane)
+    assert "drawn as Perspective" in next(iter(warn))
 
 
 def test_no_camera_is_refused(scene):

@@ -186,7 +186,7 @@ CAMERA: Table = {
         "angle_x, angle_y, angle, type"
     ),
     **irrelevant(
-        "of panoramic and custom cameras, which neither EEVEE nor the tracer renders: refused",
+        "of panoramic and custom cameras, which EEVEE and the tracer draw as perspective ones: named",
         "panorama_type, fisheye_*, latitude_*, longitude_*, central_cylindrical_*, custom_*",
     ),
     **irrelevant(
