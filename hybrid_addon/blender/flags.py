@@ -39,6 +39,27 @@ def shows_ray_traced(b_object: bpy.types.Object) -> bool:
     return shown is not None and shown.hybrid.ray_traced
 
 
+def unsaved_overrides(scene: bpy.types.Scene) -> list[bpy.types.ID]:
+    """Overrides whose settings of ours Blender drops when it saves: the linked datablock has never had any.
+
+    Blender saves what differs from the linked datablock, and only of groups that this one holds in its file.
+    """
+    worn = {b_slot.material for b_object in scene.objects for b_slot in b_object.material_slots if b_slot.material}
+    owners = [*scene.objects, *sorted(worn, key=lambda b_material: b_material.name_full)]
+    return [
+        b_id
+        for b_id in owners
+        if b_id.override_library is not None
+        and (getattr(b_id.hybrid, "ray_traced", False) or b_id.hybrid.surface == "CUSTOM")
+        and not _holds_settings(b_id.override_library.reference)
+    ]
+
+
+def _holds_settings(b_id: bpy.types.ID) -> bool:
+    group = b_id.bl_system_properties_get() if hasattr(b_id, "bl_system_properties_get") else b_id
+    return group is not None and "hybrid" in group.keys()
+
+
 def clear(scene: bpy.types.Scene) -> None:
     """Nothing of the scene is ray traced any more. Linked data keeps its flags: its own file says so."""
     for collection in flagged_collections(scene):

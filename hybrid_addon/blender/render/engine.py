@@ -21,6 +21,7 @@ from ...report.ended import ended_warnings
 from ...report.frame import frame_report
 from ...scene import Film, Float32, Raster
 from .. import session, view_layers
+from ..flags import unsaved_overrides
 from ..pipeline import compositor_setup, eevee_shadows, evaluated, scene_setup
 from ..session import Frame
 from . import abort, eevee_half, retrace
@@ -219,6 +220,11 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
         warnings.append(f"the compositor does not use view layer '{source.name}': the ray traced half does not show")
     if settings.traced_shadows != "OFF" and settings.caustics == "PHOTONS" and settings.mode == "FULL":
         warnings.append("Photons light what EEVEE draws, and in mode Full it draws nothing: use Simple caustics there")
+    warnings += [
+        f"{b_id.bl_rna.name.lower()} '{b_id.name}' is a library override; Blender will not save its Hybrid settings: "
+        f"tick and untick Ray Traced once in {b_id.override_library.reference.library.filepath}, and save that file"
+        for b_id in unsaved_overrides(scene)
+    ]
     return [*warnings, *eevee_shadows.warnings(scene)]
 
 

@@ -62,6 +62,9 @@ _CHANGED: dict[str, Callable[[Any, Context], None]] = {
     "EDITOR": _insets_changed,
 }
 
+OVERRIDABLE = {"LIBRARY_OVERRIDABLE"}
+"""Blender keeps values of a library override only where the group and all of its pointers can be overridden."""
+
 _PROPERTIES: dict[str, Callable[..., Any]] = {
     "BOOL": BoolProperty,
     "INT": IntProperty,
@@ -97,6 +100,7 @@ def _made(setting: Setting) -> Any:
         "subtype": setting.subtype,
         "items": choices or None,
         "options": options | {"ENUM_FLAG"} if flags else options,
+        "override": OVERRIDABLE,
         "update": _CHANGED.get(setting.changes),
     }
     given = {name: value for name, value in keywords.items() if value is not None}  # None: Blender's own default
@@ -117,7 +121,7 @@ class HybridObjectSettings(SurfaceValues, PropertyGroup):
         description="Draw this object with the ray tracer; EEVEE draws everything else",
         default=False,
         options=set(),  # not animatable: a view layer's holdout cannot change between frames
-        override={"LIBRARY_OVERRIDABLE"},
+        override=OVERRIDABLE,
         update=_flag_changed,
     )
     surface: EnumProperty(  # type: ignore[valid-type]
@@ -128,12 +132,13 @@ class HybridObjectSettings(SurfaceValues, PropertyGroup):
             ("CUSTOM", "Custom", "Use the values below instead of the materials'"),
         ),
         default="MATERIAL",
+        override=OVERRIDABLE,
     )
 
     @classmethod
     def register(cls) -> None:
         """Attach to bpy.types.Object."""
-        Object.hybrid = PointerProperty(name="Hybrid", description="Hybrid ray tracing", type=cls)
+        Object.hybrid = PointerProperty(name="Hybrid", description="Hybrid ray tracing", type=cls, override=OVERRIDABLE)
 
     @classmethod
     def unregister(cls) -> None:
@@ -152,12 +157,15 @@ class HybridMaterialSettings(SurfaceValues, PropertyGroup):
             ("CUSTOM", "Custom", "Use the values below instead of the nodes'; an object's own Custom wins over them"),
         ),
         default="MATERIAL",
+        override=OVERRIDABLE,
     )
 
     @classmethod
     def register(cls) -> None:
         """Attach to bpy.types.Material."""
-        Material.hybrid = PointerProperty(name="Hybrid", description="Hybrid ray tracing", type=cls)
+        Material.hybrid = PointerProperty(
+            name="Hybrid", description="Hybrid ray tracing", type=cls, override=OVERRIDABLE
+        )
 
     @classmethod
     def unregister(cls) -> None:
@@ -173,14 +181,16 @@ class HybridCollectionSettings(PropertyGroup):
         description="Draw all objects in this collection, in those below it, and its instances with the ray tracer",
         default=False,
         options=set(),  # as for objects
-        override={"LIBRARY_OVERRIDABLE"},
+        override=OVERRIDABLE,
         update=_collection_changed,
     )
 
     @classmethod
     def register(cls) -> None:
         """Attach to bpy.types.Collection."""
-        Collection.hybrid = PointerProperty(name="Hybrid", description="Hybrid ray tracing", type=cls)
+        Collection.hybrid = PointerProperty(
+            name="Hybrid", description="Hybrid ray tracing", type=cls, override=OVERRIDABLE
+        )
 
     @classmethod
     def unregister(cls) -> None:
@@ -201,7 +211,7 @@ class HybridSceneSettings(PropertyGroup):
     @classmethod
     def register(cls) -> None:
         """Attach to bpy.types.Scene."""
-        Scene.hybrid = PointerProperty(name="Hybrid", description="Hybrid ray tracing", type=cls)
+        Scene.hybrid = PointerProperty(name="Hybrid", description="Hybrid ray tracing", type=cls, override=OVERRIDABLE)
 
     @classmethod
     def unregister(cls) -> None:

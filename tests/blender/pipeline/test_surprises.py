@@ -8,6 +8,7 @@ import pytest
 
 import hybrid_addon as hybrid
 from hybrid_addon.blender.pipeline import note, scene_setup
+from hybrid_addon.blender.render.engine import scene_warnings
 
 pytestmark = pytest.mark.blender
 
@@ -52,6 +53,45 @@ def test_linked_things_may_have_the_names_of_local_ones(scene, tmp_path):
     assert set(held_out) == {*linked.objects, bpy.data.objects["Cube"]}  # which lies in the scene's other collection
     mask = {layer.collection: layer.exclude for layer in scene_setup.mask_layer(scene).layer_collection.children}
     assert (mask[glasses], mask[linked]) == (True, False)
+
+
+GIVEN = {"reflectivity": 0.25, "opacity": 0.125, "ior": 1.375, "surface": "CUSTOM"}
+
+
+@pytest.mark.parametrize("touched", [False, True], ids=["never touched in the library", "touched in the library"])
+def test_overrides_keep_what_is_set_in_them(scene, tmp_path, touched):
+    """Of objects, materials and collections that are linked and overridden, over a save and a load."""
+    cube, glasses = bpy.data.objects["Cube"], bpy.data.collections.new("Glasses")
+    scene.collection.children.link(glasses)
+    glasses.objects.link(cube)
+    if touched:
+        cube.hybrid.ior, cube.active_material.hybrid.ior = 1.4, 1.4
+        cube.hybrid.ray_traced = glasses.hybrid.ray_traced = False
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "asset.blend"))
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    with bpy.data.libraries.load(str(tmp_path / "asset.blend"), link=True) as (_, into):
+        into.objects, into.materials, into.collections = ["Cube"], ["Material"], ["Glasses"]
+    overridden = [item.override_create() for item in (into.objects[0], into.materials[0], into.collections[0])]
+    b_object, material, collection = overridden
+    bpy.context.scene.collection.objects.link(b_object)
+    bpy.context.scene.collection.children.link(collection)
+    for owner in (b_object, material):
+        for name, value in GIVEN.items():
+            setattr(owner.hybrid, name, value)
+    b_object.hybrid.ray_traced = collection.hybrid.ray_traced = True
+    material.use_fake_user = True
+    told = [line for line in scene_warnings(bpy.context.scene) if "override" in line]
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "shot.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "shot.blend"))
+    kept = [next(i for i in ids if i.override_library) for ids in (bpy.data.objects, bpy.data.materials)]
+    if not touched:  # Blender cannot; a render says so before the file is saved
+        assert [kind for kind in ("object 'Cube'", "material 'Material'") if any(kind in line for line in told)]
+        return
+    assert not told
+    for owner in kept:
+        assert {name: getattr(owner.hybrid, name) for name in GIVEN} == GIVEN, owner
+    assert kept[0].hybrid.ray_traced
+    assert next(c for c in bpy.data.collections if c.override_library).hybrid.ray_traced
 
 
 def notes():
