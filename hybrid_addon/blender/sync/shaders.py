@@ -23,7 +23,7 @@ from .conductor import conductor_tints
 from .coverage import name_sockets
 from .nodes import Node, Socket
 from .texture import NodeReader
-from .values import color, number, once, vector
+from .values import color, emitted, number, once, vector
 
 Share = Any  # a float or an expression
 Shares = tuple[Share, Share, Share]
@@ -37,12 +37,15 @@ def surface_from(socket: Socket, reader: NodeReader, depth: int = 0) -> Surface:
     node = socket.node()
     if node is None:
         return _opaque(BLACK)
+    if (light := emitted(reader, socket)) is not None:
+        return replace(_opaque(BLACK), emission=light)
     combine = COMBINED.get(node.kind) if depth < MAX_DEPTH else None
     if combine is not None:
         return once(reader, node, lambda: combine(node, reader, depth + 1), "surface", _opaque(BLACK))
     shader = SHADERS.get(node.kind)
     if shader is None:
-        return _unknown(node, reader)
+        reader.give_up(f"node {node.name!r} ({node.b_node.bl_label}) is not followed; the surface is grey")
+        return _opaque((0.8, 0.8, 0.8))
     name_sockets(node, reader)
     return replace(shader(node, reader), normal=_normal(node, reader))
 
@@ -172,11 +175,6 @@ def _emission(node: Node, reader: NodeReader) -> Surface:
 def _holdout(node: Node, reader: NodeReader) -> Surface:
     reader.warn(f"node {node.name!r}: Holdout is not traced; the surface is black")
     return _opaque(BLACK)
-
-
-def _unknown(node: Node, reader: NodeReader) -> Surface:
-    reader.give_up(f"node {node.name!r} ({node.b_node.bl_label}) is not followed; the surface is grey")
-    return _opaque((0.8, 0.8, 0.8))
 
 
 SHADERS: dict[str, Callable[[Node, NodeReader], Surface]] = {

@@ -57,6 +57,16 @@ def value_of(reader: NodeReader, socket: Socket, kind: str) -> Any:
     return _constant(socket.value(), kind)
 
 
+def emitted(reader: NodeReader, socket: Socket) -> Any:
+    """What a shader's socket sends if a colour, number or vector is linked to it: Blender takes it as Emission.
+
+    None: it is linked to a shader, or to nothing.
+    """
+    if socket.output_type() in ("SHADER", ""):
+        return None
+    return ex.as_color(value_of(reader, socket, "RGBA"))
+
+
 def _constant(value: Any, kind: str) -> Any:
     if isinstance(value, tuple):
         plain = tuple(float(v) for v in value[:3])

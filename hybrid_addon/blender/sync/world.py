@@ -21,7 +21,7 @@ from .messages import Warnings
 from .nodes import Node, Socket, active_output, uses_nodes
 from .settings import direct_strength
 from .texture import NodeReader
-from .values import color, number
+from .values import color, emitted, number
 
 MAX_DEPTH = 32  # of Mix and Add Shaders below one another
 DIRECTION = ("generated", "position", "object")  # attributes that are a world's direction itself
@@ -81,6 +81,9 @@ def _radiance(socket: Socket, reader: NodeReader, depth: int = 0) -> Any:
     node = socket.node()
     if node is None:
         return BLACK
+    light = emitted(reader, socket)
+    if light is not None:
+        return light
     shader = SHADERS.get(node.kind)
     if shader is None or depth > MAX_DEPTH:
         reader.give_up(f"node {node.name!r} ({node.b_node.bl_label}) is not followed; it is black")

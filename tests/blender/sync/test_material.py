@@ -60,6 +60,30 @@ def principled(material, **values):
     return material.shade(material.add("ShaderNodeBsdfPrincipled", **values))
 
 
+@pytest.mark.parametrize(
+    ("kind", "value", "light"),
+    [("ShaderNodeRGB", (0.1, 0.5, 0.9, 1), (0.1, 0.5, 0.9)), ("ShaderNodeValue", 0.6, (0.6, 0.6, 0.6))],
+)
+@pytest.mark.parametrize("mixed", [False, True])
+def test_a_color_linked_to_a_shader_socket_is_emission(material, kind, value, light, mixed):
+    b_node = material.tree.nodes.new(kind)
+    b_node.outputs[0].default_value = value
+    if mixed:
+        b_mix = material.add("ShaderNodeMixShader")
+        for position in (1, 2):
+            material.link(b_node.outputs[0], b_mix.inputs[position])
+        b_node = b_mix
+    surface = material.shade(b_node)
+    assert surface.emission == pytest.approx(light)
+    assert (surface.base_color, surface.opacity, list(material.warn)) == (BLACK, 1.0, [])
+
+
+def test_a_texture_linked_to_a_shader_socket_is_emission(material):
+    surface = material.shade(material.add("ShaderNodeTexChecker"))
+    assert [e.operation for e in walk(surface.emission)]
+    assert not list(material.warn)
+
+
 def test_a_dielectric_is_opaque_with_its_fresnel_highlight(material):
     surface = principled(material, Base_Color=(0.1, 0.2, 0.3, 1), IOR=1.5, Roughness=0.3)
     assert surface.name == "Stuff"

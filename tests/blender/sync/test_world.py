@@ -57,6 +57,15 @@ def test_colour_times_strength(scene, warn):
     assert list(warn) == []
 
 
+def test_a_color_linked_to_the_output_is_the_light(scene, warn):
+    b_tree = scene.world.node_tree
+    b_node = b_tree.nodes.new("ShaderNodeRGB")
+    b_node.outputs[0].default_value = (0.1, 0.2, 0.4, 1)
+    b_tree.links.new(b_node.outputs[0], b_tree.nodes["World Output"].inputs["Surface"])
+    assert world(scene, warn).radiance == pytest.approx((0.1, 0.2, 0.4))
+    assert list(warn) == []
+
+
 def test_no_world_is_black(scene, warn):
     scene.world = None
     assert world(scene, warn).radiance == (0, 0, 0)
