@@ -23,7 +23,7 @@ from .scene import Color, Expression, Number, Surface, Texture, Value
 Array = NDArray[Any]
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # of Blender's default working space (EEVEE's node RGB to BW)
-ATTRIBUTE_WIDTHS = {"uv": 2, "color": 4, "generated": 3, "object": 3, "tangent": 4}
+ATTRIBUTE_WIDTHS = {"uv": 2, "color": 4, "generated": 3, "object": 3, "object_normal": 3, "tangent": 4}
 """Numbers of a mesh's corner, by the first word of an attribute's key; other attributes the hits themselves know."""
 
 FINITE = 1e30  # results are clamped to +- this: a division by 0 in a node must not end as NaN in a picture
@@ -37,8 +37,9 @@ class Hits(Protocol):
 
     def attribute(self, key: str) -> Array:
         """(width, n): "position", "normal" (on the side of the eye), "interpolated_normal" (the same, as long as
-        interpolation between the corners leaves it), "incoming", "backfacing" or "cosine" (of the view angle) of the
-        hits, or interpolated data of the mesh's corners; 0 where the mesh has none."""
+        interpolation between the corners leaves it), "true_normal" (of the flat face, on that side), "incoming",
+        "backfacing" or "cosine" (of the view angle) of the hits, or interpolated data of the mesh's corners; 0 where
+        the mesh has none."""
 
     def gradient(self, value: Callable[[Any], Array]) -> Array:
         """(3, n): how a number grows along the surface, for each metre, less than 0 seen from the inner side; `value`

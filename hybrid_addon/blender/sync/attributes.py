@@ -27,7 +27,7 @@ Scratch = Callable[[], bpy.types.Mesh]
 def attributes_of(
     b_mesh: bpy.types.Mesh, keys: Iterable[str], name: str, warn: Warnings, scratch: Scratch
 ) -> dict[str, Float32]:
-    """(nc, width) float32 by key: "color:NAME", "generated", "object" or "tangent:UV MAP".
+    """(nc, width) float32 by key: "color:NAME", "generated", "object", "object_normal" or "tangent:UV MAP".
 
     name    : the object's.
     scratch : gives a mesh like this one that may be spoilt, this one itself if need be; asked for last.
@@ -42,6 +42,10 @@ def _plain(b_mesh: bpy.types.Mesh, key: str, name: str, warn: Warnings) -> Float
     kind, _, of = key.partition(":")
     if kind == "color":
         return _color(b_mesh, of, name, warn)
+    if kind == "object_normal":
+        normals = np.zeros((len(b_mesh.loops), 3), np.float32)
+        b_mesh.corner_normals.foreach_get("vector", normals.reshape(-1))
+        return normals
     of_vertices = _generated(b_mesh) if kind == "generated" else _of_vertices(b_mesh, "position", "vector", 3)
     return of_vertices[_vertex_of_corner(b_mesh)]
 

@@ -158,7 +158,9 @@ def _texture_coordinate(node: Node, output: str, reader: NodeReader) -> Value | 
     if output == "Object" and node.b_node.object is not None:
         matrix = np.array(node.b_node.object.matrix_world.inverted_safe())[:3]
         return ex.apply("affine", Expression("attribute", (), "position"), data=matrix)
-    keys = {"UV": "uv:", "Generated": "generated", "Object": "object", "Normal": "normal"}
+    keys = {"UV": "uv:", "Generated": "generated", "Object": "object"}
+    if output == "Normal":
+        return ex.apply("normalize", Expression("attribute", (), "object_normal"))
     if output == "Reflection":
         twice = ex.times(2.0, ex.apply("dot", NORMAL, INCOMING))
         return ex.apply("subtract", ex.times(twice, NORMAL), INCOMING)
@@ -182,7 +184,7 @@ def _attribute(node: Node, output: str, reader: NodeReader) -> Value | None:
 
 
 def _geometry(node: Node, output: str, reader: NodeReader) -> Value | None:
-    keys = {"Position": "position", "Normal": "normal", "True Normal": "normal", "Incoming": "incoming"}
+    keys = {"Position": "position", "Normal": "normal", "True Normal": "true_normal", "Incoming": "incoming"}
     keys["Backfacing"] = "backfacing"
     return Expression("attribute", (), keys[output]) if output in keys else None
 

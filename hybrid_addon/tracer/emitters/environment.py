@@ -37,7 +37,7 @@ class Directions:
         """(width, n): the direction for "generated", "object" and "position"; it is seen from straight above."""
         if key in ("generated", "object", "position"):
             return self._direction.astype(np.float32)
-        if key in ("normal", "interpolated_normal", "incoming"):
+        if key in ("normal", "interpolated_normal", "true_normal", "object_normal", "incoming"):
             return -self._direction.astype(np.float32)
         rows = 1 if key in ("cosine", "backfacing") else ATTRIBUTE_WIDTHS.get(key.partition(":")[0], 3)
         return np.full((rows, self._direction.shape[1]), key == "cosine", np.float32)

@@ -79,8 +79,8 @@ class HitData:
     def attribute(self, key: str) -> Float32:
         """(width, n) float32: what the hit itself knows, or data of the mesh's corners, interpolated; else 0.
 
-        Of a tangent all four rows change sign on the inner side: with the normal, which is on the side of wo, they make
-        the frame of the outer side turned around, as in EEVEE.
+        Of a tangent all four rows, and those of a normal, change sign on the inner side: with the normal, which is on
+        the side of wo, they make the frame of the outer side turned around, as in EEVEE.
         """
         own = self._OWN.get(key)
         if own is not None:
@@ -88,16 +88,23 @@ class HitData:
         if key.startswith("uv:"):
             return np.stack([*self._coordinates(key), np.zeros(len(self.prim))]).astype(np.float32)
         found = self._interpolated(key).astype(np.float32)
-        return found * signs(self.entering) if key.startswith("tangent:") else found
+        return found * signs(self.entering) if key.startswith(("tangent:", "object_normal")) else found
 
     _OWN: ClassVar[dict[str, Callable[[HitData], Array]]] = {
         "position": lambda hits: hits.point + hits.geometry.center[:, None],
         "normal": lambda hits: hits.normal,
+        "true_normal": lambda hits: hits._true_normal,
         "interpolated_normal": lambda hits: hits.normal * hits._shortened,
         "incoming": lambda hits: hits.wo,
         "backfacing": lambda hits: ~hits.entering[None],
         "cosine": lambda hits: dot(hits.normal, hits.wo)[None],
     }
+
+    @property
+    def _true_normal(self) -> Float32:
+        """(3, n) unit normals of the faces, whatever the corners' normals are; of spheres those that they have."""
+        flat = self.geometry.facets[:, :3].take(self.prim, axis=0).T.astype(np.float32) * signs(self.entering)
+        return np.where(flat.any(axis=0), flat, self.normal)
 
     @property
     def _shortened(self) -> Float32:
