@@ -44,8 +44,8 @@ def unsaved_overrides(scene: bpy.types.Scene) -> list[bpy.types.ID]:
 
     Blender saves what differs from the linked datablock, and only of groups that this one holds in its file.
     """
-    worn = {b_slot.material for b_object in scene.objects for b_slot in b_object.material_slots if b_slot.material}
-    owners = [*scene.objects, *sorted(worn, key=lambda b_material: b_material.name_full)]
+    materials = {b_slot.material for b_object in scene.objects for b_slot in b_object.material_slots if b_slot.material}
+    owners = [*scene.objects, *sorted(materials, key=lambda b_material: b_material.name_full)]
     return [
         b_id
         for b_id in owners

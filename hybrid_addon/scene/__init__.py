@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 from .camera import Camera, Lens
 from .film import Film, Raster, Settings
 from .geometry import Instance, Plane, Sphere, TriangleMesh, Visibility
-from .lights import AreaLight, Arriving, Light, PointLight, SpotLight, SunLight, World, WorldSun
+from .lights import AreaLight, Arriving, Light, PlacedLight, PointLight, SpotLight, SunLight, World, WorldSun
 from .numbers import BLACK, RGB, WHITE, Float32, Float64, Int32
 from .surfaces import Color, Expression, Number, Surface, Texture, Value
 
@@ -46,6 +46,7 @@ __all__ = [
     "Lens",
     "Light",
     "Number",
+    "PlacedLight",
     "Plane",
     "PointLight",
     "Raster",

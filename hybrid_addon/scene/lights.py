@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -11,35 +11,54 @@ import numpy as np
 from .numbers import BLACK, RGB, Float64
 from .surfaces import Color, Texture
 
-# Every light has `receivers`, what it lights, and `blockers`, what casts shadows in its light: numbers that count the
-# scene's instances, then its spheres, then its planes. None: all.
-
 
 @dataclass(frozen=True, eq=False)
-class PointLight:
-    """Radiates `intensity` (W/sr, RGB) in all directions.
+class Light:
+    """What all lights have. `color_field` names the field of a kind that says how strong it is.
 
-    range        : metres; EEVEE's window (1 - (d^2/range^2)^2)^2 fades the light, which ends there. inf = physical.
-    radius       : metres, of the emitting ball; 0 = a point, with hard shadows.
-    soft_falloff : a disk that faces the receiver, not a ball: EEVEE's factor d^2 / (d^2 + radius^2).
     diffuse, specular, transmission : weights of this light where it is scattered, mirrored, and seen through glass.
-    receivers, blockers : numbers of the objects that it lights and that cast shadows in its light; None: all.
+    receivers, blockers : the objects that it lights, and those that cast shadows in its light, by numbers that count
+                          the scene's instances, then its spheres, then its planes; None: all.
     """
 
-    color_field: ClassVar[str] = "intensity"
+    color_field: ClassVar[str]
 
     name: str
-    position: tuple[float, float, float]
-    intensity: RGB
-    radius: float = 0.0
-    range: float = float("inf")
-    soft_falloff: bool = True
+    _: KW_ONLY
     cast_shadow: bool = True
     diffuse: float = 1.0
     specular: float = 1.0
     transmission: float = 1.0
     receivers: frozenset[int] | None = None
     blockers: frozenset[int] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedLight(Light):
+    """A light that is somewhere.
+
+    position : its middle, in the world.
+    range    : metres; EEVEE's window (1 - (d^2/range^2)^2)^2 fades the light, which ends there. inf = physical.
+    """
+
+    position: tuple[float, float, float]
+    _: KW_ONLY
+    range: float = float("inf")
+
+
+@dataclass(frozen=True, eq=False)
+class PointLight(PlacedLight):
+    """Radiates `intensity` (W/sr, RGB) in all directions.
+
+    radius       : metres, of the emitting ball; 0 = a point, with hard shadows.
+    soft_falloff : a disk that faces the receiver, not a ball: EEVEE's factor d^2 / (d^2 + radius^2).
+    """
+
+    color_field: ClassVar[str] = "intensity"
+
+    intensity: RGB
+    radius: float = 0.0
+    soft_falloff: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +76,7 @@ class SpotLight(PointLight):
 
 
 @dataclass(frozen=True, eq=False)
-class SunLight:
+class SunLight(Light):
     """Parallel light: `irradiance` (W/m^2, RGB) on a plane facing it; `direction` (unit) points *to* the sun.
 
     angle : radians, the diameter of its disk in the sky; 0 = hard shadows.
@@ -65,20 +84,13 @@ class SunLight:
 
     color_field: ClassVar[str] = "irradiance"
 
-    name: str
     direction: tuple[float, float, float]
     irradiance: RGB
     angle: float = 0.0
-    cast_shadow: bool = True
-    diffuse: float = 1.0
-    specular: float = 1.0
-    transmission: float = 1.0
-    receivers: frozenset[int] | None = None
-    blockers: frozenset[int] | None = None
 
 
 @dataclass(frozen=True, eq=False)
-class AreaLight:
+class AreaLight(PlacedLight):
     """A one-sided flat emitter of uniform `radiance` (RGB).
 
     axis_u, axis_v : half edges (RECTANGLE) or half axes (ELLIPSE), in metres.
@@ -87,25 +99,11 @@ class AreaLight:
 
     color_field: ClassVar[str] = "radiance"
 
-    name: str
-    position: tuple[float, float, float]
     direction: tuple[float, float, float]
     axis_u: tuple[float, float, float]
     axis_v: tuple[float, float, float]
     radiance: RGB
     shape: Literal["RECTANGLE", "ELLIPSE"] = "RECTANGLE"
-    range: float = float("inf")
-    cast_shadow: bool = True
-    diffuse: float = 1.0
-    specular: float = 1.0
-    transmission: float = 1.0
-    receivers: frozenset[int] | None = None
-    blockers: frozenset[int] | None = None
-
-
-Light = PointLight | SpotLight | SunLight | AreaLight
-"""Each has `name`, `cast_shadow`, `diffuse`, `specular`, `transmission`, `receivers`, `blockers` with the meanings that
-`PointLight` gives them, and `color_field`, the name of the field that says how strong it is."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -85,7 +85,7 @@ class Draw:
         world_to_light = np.linalg.qr(self.rng.normal(size=(3, 3)))[0]
         u, v = (tuple((self.rng.normal(size=3) / 2).tolist()) for _ in range(2))
         return self.one_of(
-            PointLight(name, place, (20, 20, 20), size, self.one_of(np.inf, 6.0), soft, **linked),
+            PointLight(name, place, (20, 20, 20), size, range=self.one_of(np.inf, 6.0), soft_falloff=soft, **linked),
             SpotLight(name, place, (20, 20, 20), size, cos_cone=0.2, world_to_light=world_to_light, **linked),
             SunLight(name, self.direction(), (2, 2, 2), self.one_of(0.0, 0.3), **linked),
             AreaLight(name, place, self.direction(), u, v, (9, 9, 9), self.one_of("RECTANGLE", "ELLIPSE"), **linked),

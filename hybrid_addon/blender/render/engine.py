@@ -198,7 +198,7 @@ def budget_warnings(scene: bpy.types.Scene, timing: dict[str, dict[str, float]],
     if spent > budget:
         return [
             f"the frame took {spent:.2f} s, over its time budget of {budget:g} s: before the tracer {eevee:.2f} s, "
-            f"translating the scene and making it ready {ready:.2f} s, tracing {film.time['trace']['wall']:.2f} s"
+            f"exporting and preparing the scene {ready:.2f} s, tracing {film.time['trace']['wall']:.2f} s"
         ]
     if any(entry["what"] == "resolution" for entry in film.skipped):
         return [f"the time budget of {budget:g} s cost resolution: raise it, or lower Max Bounces"]

@@ -142,7 +142,7 @@ class Sky:
             return None
         x, y, z = (toward / length).tolist()
         red, green, blue = (sums.excess * like.strength).tolist()
-        return SunLight("World", (x, y, z), (red, green, blue), like.angle, like.cast_shadow)
+        return SunLight("World", (x, y, z), (red, green, blue), like.angle, cast_shadow=like.cast_shadow)
 
 
 def _brighter(image: Float32, limit: np.float32) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -20,7 +20,7 @@ from typing import ClassVar, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene import Float32, Float64
+from ...scene import Float32, Float64, Light
 from ..core.constants import LTC_FADE
 from ..core.vectors import Array, dot
 
@@ -29,23 +29,6 @@ Bounds = tuple[Float64, Float64]
 """Lowest and highest corner (3,), (3,) of a box."""
 UnitSquare = tuple[Float32, Float32]
 """n points of the unit square: two (n,), each in 0 .. 1."""
-
-
-class SceneLight(Protocol):
-    """What the dataclass of every light has in `scene`, with the meanings that `PointLight` gives it."""
-
-    color_field: ClassVar[str]
-
-    @property
-    def name(self) -> str: ...  # noqa: D102
-    @property
-    def cast_shadow(self) -> bool: ...  # noqa: D102
-    @property
-    def diffuse(self) -> float: ...  # noqa: D102
-    @property
-    def specular(self) -> float: ...  # noqa: D102
-    @property
-    def transmission(self) -> float: ...  # noqa: D102
 
 
 class Lobe(Protocol):
@@ -96,7 +79,7 @@ class CompiledLight(ABC):
     receives, blocks : (np,) bool, the primitives that it lights and those that cast shadows in its light; None: all.
     """
 
-    light: SceneLight
+    light: Light
     center: Float64 = field(default_factory=lambda: np.zeros(3))
     key: np.uint32 = np.uint32(0)  # noqa: RUF009 (numbers of numpy are immutable)
     receives: Bools | None = None

@@ -4,15 +4,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
-from ...scene import Float32, Float64
+from ...scene import Float32, Float64, PlacedLight
 from ..core.constants import REACH_MARGIN
 from ..core.sampler import disk
 from ..core.vectors import Array, dot, orthonormal_basis
-from .light import Bounds, CompiledLight, Photons, SceneLight, UnitSquare
+from .light import Bounds, CompiledLight, Photons, UnitSquare
 
 FAR = 1024.0
 """Seen from so many of its radii away, a ball is a disk to 5e-7."""
@@ -20,21 +19,12 @@ FAR = 1024.0
 UP = np.array([[0.0], [0.0], [1.0]])
 
 
-class SceneLocatedLight(SceneLight, Protocol):
-    """What the dataclass of a light has besides that is somewhere."""
-
-    @property
-    def position(self) -> tuple[float, float, float]: ...  # noqa: D102
-    @property
-    def range(self) -> float: ...  # noqa: D102
-
-
 @dataclass(frozen=True, eq=False)
 class LocatedLight(CompiledLight):
     """A light whose dataclass has a `position` and a `range`. What it leaves to a kind of light is in `CompiledLight`,
     and three questions more, each with an answer that suits a light that shines the same to all sides."""
 
-    light: SceneLocatedLight
+    light: PlacedLight
 
     @property
     def turning_radius(self) -> float:
