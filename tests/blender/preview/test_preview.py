@@ -114,9 +114,9 @@ def test_a_dropped_job_ends_soon(scene):
     view = view_through_camera(scene, (1920, 1080))
     scene.hybrid.samples = 4
     job = Job(translated(scene, view), view, preview_settings(scene), Display.of(scene), budget=60.0)
-    began = time.perf_counter()
     job.join()
-    assert job.done and time.perf_counter() - began < 5
+    picture = job.take_picture()
+    assert job.done and (picture is None or picture.label != "4 samples")  # it was not waited for
 
 
 def test_a_job_says_what_it_cannot_trace(scene):

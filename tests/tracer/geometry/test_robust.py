@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rounding, degenerate geometry and rays that must never reach Embree."""
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -184,9 +183,7 @@ def test_triangles_with_bad_vertices_are_left_out_and_counted(build, bad):
     holed.vertices[7, 1] = bad
     fan = (ball.triangles == 7).any(1)
     without = replace(ball, triangles=ball.triangles[~fan], corners=ball.corners[~fan])
-    began = time.perf_counter()
     film = trace(lit(build, (holed, build.matte())), ALL)
-    assert time.perf_counter() - began < 5
     assert dropped(film) == fan.sum() > 0
     assert not any(film.invariants.values())
     np.testing.assert_array_equal(film.radiance, trace(lit(build, (without, build.matte())), ALL).radiance)
