@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .procedural import TEXTURES, colors, coordinates
+from .procedural import TEXTURES, colors, coordinates, spectra
 from .procedural.coordinates import three
 from .procedural.fresnel import fresnel_dielectric
 from .scene import Color, Expression, Number, Surface, Texture, Value
@@ -23,8 +23,15 @@ from .scene import Color, Expression, Number, Surface, Texture, Value
 Array = NDArray[Any]
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # of Blender's default working space (EEVEE's node RGB to BW)
-ATTRIBUTE_WIDTHS = {"uv": 2, "color": 4, "generated": 3, "object": 3, "object_normal": 3, "tangent": 4}
+ATTRIBUTE_WIDTHS = {
+    "uv": 2, "color": 4, "generated": 3, "object": 3, "object_normal": 3, "tangent": 4,
+    "parametric": 2,
+}  # fmt: skip
 """Numbers of a mesh's corner, by the first word of an attribute's key; other attributes the hits themselves know."""
+
+RAY, INSTANCE = "ray:", "instance:"
+"""How keys of attributes begin that are asked of the ray, by Light Path's outputs, and of the instance
+(scene.Instance.values); "instance:OBJECT_TO_WORLD" and "instance:WORLD_TO_OBJECT" are its matrices, 12 numbers each."""
 
 FINITE = 1e30  # results are clamped to +- this: a division by 0 in a node must not end as NaN in a picture
 
@@ -38,8 +45,8 @@ class Hits(Protocol):
     def attribute(self, key: str) -> Array:
         """(width, n): "position", "normal" (on the side of the eye), "interpolated_normal" (the same, as long as
         interpolation between the corners leaves it), "true_normal" (of the flat face, on that side), "incoming",
-        "backfacing" or "cosine" (of the view angle) of the hits, or interpolated data of the mesh's corners; 0 where
-        the mesh has none."""
+        "backfacing" or "cosine" (of the view angle) of the hits, what their rays or instances know (RAY, INSTANCE), or
+        interpolated data of the mesh's corners; 0 where there is none."""
 
     def gradient(self, value: Callable[[Any], Array]) -> Array:
         """(3, n): how a number grows along the surface, for each metre, less than 0 seen from the inner side; `value`
@@ -79,10 +86,21 @@ def _power(a: Array, b: Array) -> Array:
 
 
 def _facing(cosine: Array, blend: Array) -> Array:
-    """Facing of Layer Weight."""
+    """Facing of Layer Weight; what has no normal has 0, as in EEVEE."""
     exponent = np.where(blend < 0.5, 2 * blend, 0.5 / np.maximum(1 - blend, 1e-5))
     share = np.power(np.clip(np.abs(cosine), 0, 1), np.where(blend == 0.5, 1, exponent))
-    return 1 - share
+    return np.nan_to_num(1 - share)
+
+
+def _cosine_between(normal: Array, direction: Array) -> Array:
+    """Of the angle between a normal of any length and a unit direction; NaN where the normal is 0."""
+    length = np.sqrt(_dot(normal, normal))
+    return np.where(length > 0, _dot(normal, direction) / np.where(length > 0, length, 1), np.nan)
+
+
+def _fresnel(cosine: Array, ior: Array) -> Array:
+    """What has no normal mirrors all light, as in EEVEE."""
+    return np.nan_to_num(fresnel_dielectric(np.abs(cosine), ior), nan=1.0)
 
 
 def _wrapped(value: Array, high: Array, low: Array) -> Array:
@@ -164,13 +182,18 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
     "join": _join,
     "channel": lambda a, data: a[min(data, len(a) - 1)][None],
     "rows": lambda a, data: a[data[0] : data[1]],
+    "held": lambda a: a,
+    "blackbody": spectra.blackbody,
+    "wavelength": spectra.wavelength,
     "ramp": colors.ramp,
     "curves": colors.curves,
+    "curves_beyond": colors.curves_beyond,
     "rgb_to_hsv": colors.rgb_to_hsv,
     "hsv_to_rgb": colors.hsv_to_rgb,
     "hue_saturation": colors.hue_saturation,
     "affine": coordinates.affine,
     "mapping": coordinates.mapping,
+    "transformed": coordinates.transformed,
     "turned": coordinates.turned,
     "turned_about": coordinates.turned_about,
     "gamma": lambda a, b: np.where(a > 0, _power(np.where(a > 0, a, 1), b), a),
@@ -200,7 +223,8 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
     "normalize": _normalize,
     "normal_map": _normal_map,
     "bump": _bump,
-    "fresnel": lambda cosine, ior: fresnel_dielectric(np.abs(cosine), ior),
+    "cosine_between": _cosine_between,
+    "fresnel": _fresnel,
     "tangent": np.tan,
     "arctangent": np.arctan,
     "arctangent2": np.arctan2,
@@ -238,6 +262,11 @@ def _column(value: Any, dtype: Any) -> Array:
 def _plain(result: Array) -> Any:
     numbers = np.clip(np.nan_to_num(result[:, 0]), -FINITE, FINITE).tolist()
     return numbers[0] if len(numbers) == 1 else tuple(numbers)
+
+
+def held(value: Value) -> Expression:
+    """A constant as an expression, for what takes no other; an expression is itself."""
+    return value if isinstance(value, Expression) else Expression("held", (value,))
 
 
 def clamped(value: Value) -> Any:
@@ -279,6 +308,20 @@ def reads(surface: Surface) -> set[str]:
         elif e.operation in ("image", "image_alpha") and not e.inputs:
             keys.add("uv:" + e.data.uv_map)
     return keys
+
+
+def reads_ray(surface: Surface) -> bool:
+    """Whether a surface asks how the ray came that sees it."""
+    return any(_is_attribute(e, RAY) for e in expressions_of(surface))
+
+
+def reads_of_instance(surface: Surface) -> set[str]:
+    """Keys of what a surface reads of the instance that wears it."""
+    return {e.data.removeprefix(INSTANCE) for e in expressions_of(surface) if _is_attribute(e, INSTANCE)}
+
+
+def _is_attribute(e: Expression, kind: str) -> bool:
+    return e.operation == "attribute" and e.data.startswith(kind)
 
 
 def expressions_of(surface: Surface) -> list[Expression]:

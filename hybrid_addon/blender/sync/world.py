@@ -13,6 +13,7 @@ import numpy as np
 from ... import expressions as ex
 from ...scene import BLACK, RGB, Expression, World, WorldSun
 from ..view_layers import source_layer
+from . import object_nodes as _objects  # noqa: F401
 from . import texture_nodes as _textures  # noqa: F401  (these two add their nodes to the table of `values`)
 from . import value_nodes as _registered  # noqa: F401
 from .coverage import name_settings, name_sockets
