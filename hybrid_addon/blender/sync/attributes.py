@@ -100,14 +100,10 @@ def _on_corners(b_mesh: bpy.types.Mesh, rows: Float32, domain: str) -> Float32:
 
 
 def _of_edges(b_mesh: bpy.types.Mesh, rows: Float32) -> Float32:
-    """(nc, width): a corner has the mean of the face's two edges that meet there (adapt_mesh_domain_edge_to_corner)."""
-    edge, start, size = np.zeros(len(b_mesh.loops), np.int32), *np.zeros((2, len(b_mesh.polygons)), np.int32)
+    """(nc, width): a corner has what the edge has that leaves it around the face, as EEVEE's buffers do."""
+    edge = np.zeros(len(b_mesh.loops), np.int32)
     b_mesh.loops.foreach_get("edge_index", edge)
-    b_mesh.polygons.foreach_get("loop_start", start)
-    b_mesh.polygons.foreach_get("loop_total", size)
-    before = np.arange(len(edge)) - 1
-    before[start[size > 0]] += size[size > 0]
-    return (rows[edge] + rows[edge[before]]) / np.float32(2)
+    return rows[edge]
 
 
 def _of_vertices(b_mesh: bpy.types.Mesh, attribute: str, field: str, width: int) -> Float32:

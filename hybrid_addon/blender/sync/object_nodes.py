@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import bpy
 import numpy as np
 
 from ... import expressions as ex
@@ -24,6 +25,9 @@ LIGHT_RAYS = ("Is Glossy Ray", "Is Singular Ray", "Is Reflection Ray", "Is Trans
 """What EEVEE's rays to the world are when it is to light, all at once."""
 NEVER = ("Is Volume Scatter Ray", "Portal Depth")
 """Outputs of Light Path that are 0: no volume scatters, and portals are another renderer's."""
+
+NORMALS_ARE_VECTORS = bpy.app.version < (5, 0, 0)
+"""EEVEE of Blender 4.5 turns the normals of Vector Transform as vectors; so it matters under uneven scale."""
 
 FLIPPED = np.diag([1.0, 1.0, -1.0, 1.0])  # nodes know camera space with +z to the front
 AROUND = {  # from Generated coordinates to a direction around an axis (gpu_shader_material_tangent.glsl)
@@ -86,10 +90,7 @@ def _geometry(node: Node, output: str, reader: NodeReader) -> Value | None:
 def _around(axis: str) -> Value:
     """The direction around an axis of the object, along the surface (node_tangent)."""
     turned = ex.apply("affine", attribute("generated"), data=np.array(AROUND[axis], np.float64))
-    return _along(ex.apply("transformed", turned, attribute(ex.INSTANCE + "OBJECT_TO_WORLD"), data="VECTOR"))
-
-
-def _along(direction: Value) -> Value:
+    direction = _of_instance(turned, "VECTOR", inverse=False)
     return ex.apply("cross", NORMAL, ex.apply("normalize", ex.apply("cross", direction, NORMAL)))
 
 
@@ -124,22 +125,29 @@ def _to_camera(reader: NodeReader) -> Float64:
 
 
 def _vector_transform(node: Node, output: str, reader: NodeReader) -> Value | None:
-    """From one space to the world, and from there to the other. Normals turn as vectors, as in EEVEE."""
+    """From one space to the world, and from there to the other."""
     b_node, given = node.b_node, vector(reader, node, "Vector")
     start, end = b_node.convert_from, b_node.convert_to
     if reader.camera is not None and "OBJECT" in (start, end):
         return None
-    kind = "POINT" if b_node.vector_type == "POINT" else "VECTOR"
+    kind, of_normals = b_node.vector_type, b_node.vector_type == "NORMAL" and not NORMALS_ARE_VECTORS
+    kind = "VECTOR" if kind == "NORMAL" and NORMALS_ARE_VECTORS else kind
     if start != end:
         if start == "OBJECT":
-            given = ex.apply("transformed", given, attribute(ex.INSTANCE + "OBJECT_TO_WORLD"), data=kind)
+            given = _of_instance(given, kind, of_normals)
         elif start == "CAMERA":
             given = _by(np.linalg.inv(_to_camera(reader)), given, kind)
         if end == "OBJECT":
-            given = ex.apply("transformed", given, attribute(ex.INSTANCE + "WORLD_TO_OBJECT"), data=kind)
+            given = _of_instance(given, kind, not of_normals)
         elif end == "CAMERA":
             given = _by(_to_camera(reader), given, kind)
     return ex.apply("normalize", given) if b_node.vector_type == "NORMAL" else given
+
+
+def _of_instance(given: Value, kind: str, inverse: bool) -> Value:
+    """By the matrix of the instance; normals turn by the other one's columns."""
+    key = ex.INSTANCE + ("WORLD_TO_OBJECT" if inverse else "OBJECT_TO_WORLD")
+    return ex.apply("transformed", given, attribute(key), data=kind)
 
 
 def _by(matrix: Float64, given: Value, kind: str) -> Value:

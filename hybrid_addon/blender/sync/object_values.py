@@ -44,7 +44,7 @@ def _random(b_instance: bpy.types.DepsgraphObjectInstance) -> float:
         return (b_instance.random_id & 0xFFFFFFFF) * TO_UNIT
     number = 0
     for letter in b_instance.object.name.encode():
-        number = (number * 37 + (letter ^ 0x80) - 0x80) & 0xFFFFFFFF  # BLI_hash_string, of signed bytes
+        number = (number * 37 + letter) & 0xFFFFFFFF  # BLI_hash_string
     hashed = jenkins(np.array([number], np.uint32), np.zeros(1, np.uint32))
     return int(hashed[0]) * TO_UNIT
 

@@ -245,8 +245,8 @@ RAY: dict[str, Callable[[HitData], Array]] = {
     "Transparent Depth": lambda hits: hits.came.straight,
     "Transmission Depth": lambda hits: hits.came.history[TRANSMISSIONS],
 }
-"""(n,) what surfaces may ask of the rays that see them, by Light Path's outputs, as Cycles answers (svm/light_path.h,
-and path_state_next in integrator/path_state.h): a refracted ray is glossy, too, and one that went straight on is what it
+"""(n,) what surfaces may ask of the rays that see them, by Light Path's outputs, as Cycles answers (svm/light_path.h
+and path_state_next in integrator/path_state.h): a refracted ray is glossy, too, one that went straight on is what it
 was. Rays know no diffuse bounce but that of photons, no volumes and no portals."""
 
 

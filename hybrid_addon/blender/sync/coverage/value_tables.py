@@ -75,7 +75,8 @@ VALUES: dict[str, Table] = {
     "ShaderNodeTexWhiteNoise": followed("Vector, W"),
     "ShaderNodeTexSky": followed("Vector"),
     **nodes(
-        "TexCoord, UVMap, Attribute, VertexColor, NewGeometry, LightPath, Value, RGB, Group, ObjectInfo, CameraData, Tangent",
+        "TexCoord, UVMap, Attribute, VertexColor, NewGeometry, LightPath, Value, RGB, Group, ObjectInfo, CameraData,"
+        "Tangent",
         {},
     ),
     **nodes(

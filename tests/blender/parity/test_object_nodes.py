@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Nodes that know the object, the camera or a spectrum, against EEVEE's own pictures: a board of glowing tiles."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+
+from tests.blender.parity.test_materials import both, empty, material
+
+pytestmark = pytest.mark.blender
+SIDE = 7  # tiles on each side of the board
+PIXELS = 12  # of a tile
+
+
+def node(tree, kind, **settings):
+    b_node = tree.nodes.new(f"ShaderNode{kind}")
+    for name, value in settings.items():
+        setattr(b_node, name, value)
+    return b_node
+
+
+def output(kind, name, **settings):
+    """Of a node without inputs."""
+    return lambda tree, uv: node(tree, kind, **settings).outputs[name]
+
+
+def signed(build):
+    """What may be less than 0, as a colour."""
+
+    def built(tree, uv):
+        b_scale = node(tree, "VectorMath", operation="MULTIPLY_ADD")
+        b_scale.inputs[1].default_value, b_scale.inputs[2].default_value = (0.2,) * 3, (0.5,) * 3
+        tree.links.new(build(tree, uv), b_scale.inputs[0])
+        return b_scale.outputs[0]
+
+    return built
+
+
+def scaled(build, low, high):
+    """(0, 1) along the tile becomes (low, high)."""
+
+    def built(tree, uv):
+        b_range, b_node = node(tree, "MapRange"), build(tree, uv)
+        b_range.inputs["To Min"].default_value, b_range.inputs["To Max"].default_value = low, high
+        b_parts = node(tree, "SeparateXYZ")
+        tree.links.new(uv, b_parts.inputs[0])
+        tree.links.new(b_parts.outputs[0], b_range.inputs[0])
+        tree.links.new(b_range.outputs[0], b_node.inputs[0])
+        return b_node.outputs[0]
+
+    return built
+
+
+def fed(kind, into, out, values=None, **settings):
+    """A node that the tile's own coordinates are linked to."""
+
+    def built(tree, uv):
+        b_node = node(tree, kind, **settings)
+        for name, value in (values or {}).items():
+            b_node.inputs[name].default_value = value
+        tree.links.new(uv, b_node.inputs[into])
+        return b_node.outputs[out]
+
+    return built
+
+
+def turned_normal(tree, uv):
+    b_node = fed("Normal", "Normal", "Dot")(tree, uv)
+    b_node.node.outputs["Normal"].default_value = (0.6, 0.0, 0.8)
+    return b_node
+
+
+def curved(tree, uv):
+    b_out = fed("VectorCurve", "Vector", "Vector")(tree, uv)
+    b_out.node.mapping.curves[0].points.new(0.4, 0.9)
+    b_out.node.mapping.curves[1].points.new(0.2, -0.3)
+    b_out.node.mapping.update()
+    return b_out
+
+
+def mapped(space):
+    return signed(fed("NormalMap", "Color", "Normal", {"Strength": 0.8}, space=space))
+
+
+def moved(kind, start, end):
+    return signed(fed("VectorTransform", 0, 0, vector_type=kind, convert_from=start, convert_to=end))
+
+
+TILES = {
+    "location": signed(output("ObjectInfo", "Location")),
+    **{name: output("ObjectInfo", name) for name in ("Color", "Alpha", "Object Index", "Material Index", "Random")},
+    "of the object": output("Attribute", "Color", attribute_type="OBJECT", attribute_name="tint"),
+    "its alpha": output("Attribute", "Alpha", attribute_type="OBJECT", attribute_name="tint"),
+    "of its mesh": output("Attribute", "Vector", attribute_type="OBJECT", attribute_name="of mesh"),
+    "by its path": output("Attribute", "Color", attribute_type="OBJECT", attribute_name="rotation_euler"),
+    "nowhere": output("Attribute", "Color", attribute_type="OBJECT", attribute_name="nothing"),
+    "of the instancer": output("Attribute", "Color", attribute_type="INSTANCER", attribute_name="tint"),
+    "of the view layer": output("Attribute", "Color", attribute_type="VIEW_LAYER", attribute_name="mood"),
+    "of edges": output("Attribute", "Color", attribute_name="on edges"),
+    "view vector": signed(output("CameraData", "View Vector")),
+    "z depth": signed(output("CameraData", "View Z Depth")),
+    "distance": signed(output("CameraData", "View Distance")),
+    "tangent": signed(output("NewGeometry", "Tangent")),
+    "parametric": output("NewGeometry", "Parametric"),
+    "pointiness": output("NewGeometry", "Pointiness"),
+    "island": output("NewGeometry", "Random Per Island"),
+    "radial x": signed(output("Tangent", 0, direction_type="RADIAL", axis="X")),
+    "radial y": signed(output("Tangent", 0, direction_type="RADIAL", axis="Y")),
+    "uv tangent": signed(output("Tangent", 0, direction_type="UV_MAP", uv_map="UVMap")),
+    "to object": moved("POINT", "WORLD", "OBJECT"),
+    "to world": moved("VECTOR", "OBJECT", "WORLD"),
+    "to camera": moved("POINT", "OBJECT", "CAMERA"),
+    "from camera": moved("VECTOR", "CAMERA", "WORLD"),
+    "normal to world": moved("NORMAL", "OBJECT", "WORLD"),
+    "blackbody": scaled(lambda tree, uv: node(tree, "Blackbody"), 1000.0, 9000.0),
+    "hot": scaled(lambda tree, uv: node(tree, "Blackbody"), 9000.0, 14000.0),
+    "wavelength": scaled(lambda tree, uv: node(tree, "Wavelength"), 390.0, 700.0),
+    "normal": turned_normal,
+    "curves": signed(curved),
+    **{f"map {space}": mapped(space) for space in ("OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD")},
+    "bevel": signed(output("Bevel", 0)),
+    "falloff": fed("LightFalloff", "Strength", "Linear"),
+    "fresnel": fed("Fresnel", "Normal", 0),
+    "facing": fed("LayerWeight", "Normal", "Facing", {"Blend": 0.3}),
+    "layer fresnel": fed("LayerWeight", "Normal", "Fresnel", {"Blend": 0.6}),
+}
+
+
+def tile(number, build):
+    """A tile that glows with what the nodes make of it: an object of its own, turned, scaled and with data."""
+    b_mesh = bpy.data.meshes.new("Tile")
+    b_mesh.from_pydata([(0, 0, 0), (0.5, 0.1, 0), (0.5, 0.1, 1), (0, 0, 1)], [], [(0, 1, 2, 3)])
+    b_mesh.uv_layers.new(name="UVMap").uv.foreach_set("vector", np.array([0, 0, 1, 0, 1, 1, 0, 1], np.float32))
+    b_edges = b_mesh.attributes.new("on edges", "FLOAT", "EDGE")
+    b_edges.data.foreach_set("value", np.array([0.1, 0.9, 0.4, 0.2], np.float32))
+    b_mesh["of mesh"] = [0.3, 0.7]
+    b_material, tree, b_output = material(f"Tile {number}")
+    b_material.pass_index = 1
+    b_uv, b_glow = node(tree, "UVMap"), node(tree, "Emission")
+    tree.links.new(build(tree, b_uv.outputs[0]), b_glow.inputs["Color"])
+    tree.links.new(b_glow.outputs[0], b_output.inputs["Surface"])
+    b_mesh.materials.append(b_material)
+    b_object = bpy.data.objects.new(f"Tile {number}é", b_mesh)
+    b_object.location = (number % SIDE - SIDE / 2, 0, number // SIDE - SIDE / 2)
+    b_object.scale, b_object.rotation_euler[0] = (2, 3, 1), 0.3
+    b_object.color, b_object.pass_index = (0.2, 0.6, 0.9, 0.7), 1
+    b_object["tint"] = [0.8, 0.3, 0.5, 0.4]
+    bpy.context.scene.collection.objects.link(b_object)
+
+
+def test_nodes_of_objects_give_what_eevee_gives(addon):
+    b_scene = empty(SIDE * PIXELS, 1)
+    b_scene.camera.data.type, b_scene.camera.data.angle = "PERSP", 2 * math.atan(SIDE / 20)
+    b_scene["mood"] = 0.35
+    for number, build in enumerate(TILES.values()):
+        tile(number, build)
+    raster, traced, warnings = both(b_scene)
+    assert warnings == []
+    wrong = {}
+    for number, name in enumerate(TILES):
+        i, j = number % SIDE * PIXELS, number // SIDE * PIXELS
+        inside = np.s_[j + 3 : j + PIXELS - 3, i + 2 : i + PIXELS - 2]
+        difference = np.percentile(np.abs(raster[inside] - traced[inside]), 90)
+        if not difference < 0.03:
+            wrong[name] = float(difference), raster[inside].mean(axis=(0, 1)), traced[inside].mean(axis=(0, 1))
+    assert wrong == {}
