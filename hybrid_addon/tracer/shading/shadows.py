@@ -226,8 +226,8 @@ def _transmittance(
     """
     geometry, absorption = scene.geometry, scene.media.shadow_absorption
     result = np.ones(wi.shape, np.float32)
-    # Of the rays that are on their way: which they are, how far it is, and what is left of their light; None: all.
-    active, d, reach = np.arange(wi.shape[1]), wi, t_max.astype(np.float64)
+    # Of the rays that are on their way: which they are, how far it is, how far they came; what is left; None: all.
+    active, d, reach, travelled = np.arange(wi.shape[1]), wi, t_max.astype(np.float64), np.zeros(wi.shape[1])
     left = None if media is None or absorption is None else result
     for number in range(MAX_SHADOW_CROSSINGS):
         # To the next surface, or to the light; what lies between may absorb.
@@ -249,7 +249,7 @@ def _transmittance(
         hits, active, origin, d = hits.take(crossed), active[crossed], take(origin, crossed), take(d, crossed)
         # The surface lets some of it through.
         prim, entering = hits.prim.astype(np.intp), hits.toward < 0
-        travelled = take(t_max, active) - take(reach, crossed)
+        travelled = take(travelled, crossed)
         passed = _passed(scene, prim, hits, origin, d, partial(_crossing, came, active, number, travelled))
         left = passed if left is None else take(left, crossed) * passed
         # Go on behind the surface, unless nothing is left.
@@ -264,7 +264,7 @@ def _transmittance(
         active, d, left, hits = active[alive], take(d, alive), take(left, alive), hits.take(alive)
         point = d * hits.t
         point += take(origin, alive)
-        reach = take(take(reach, crossed), alive) - hits.t
+        reach, travelled = take(take(reach, crossed), alive) - hits.t, take(travelled, alive) + hits.t
         offset = origin_offset(point.astype(np.float32), geometry.extent.take(hits.prim))
         offset *= np.sign(hits.toward).astype(np.float32)
         origin = offset_origin(point, hits.normal, offset)
