@@ -87,8 +87,9 @@ def warn_of_roughness(surfaces: Sequence[Surface], warn: Warnings) -> None:
         refracts = surface.layered and surface.opacity != 1.0 and surface.ior != 1.0
         if (mirrors or refracts) and not isinstance(roughness, Expression) and roughness > MIRROR_ROUGHNESS:
             warn.add(
-                f"material {surface.name!r}: it shows the world blurred, but no objects: its roughness of "
-                f"{roughness:.2g} is not traced (set Rough Samples to 1 or more)"
+                f"it shows the world blurred, but no objects: its roughness of {roughness:.2g} is not traced (set "
+                "Rough Samples to 1 or more)",
+                owner=f"material {surface.name!r}",
             )
 
 

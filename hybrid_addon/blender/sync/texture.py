@@ -61,7 +61,7 @@ class NodeReader:
 
     def warn(self, text: str, rank: int = 1) -> None:
         """Warn, in the owner's name. rank: see `Warnings`."""
-        self._warn.add(f"{self.owner}: {text}", rank)
+        self._warn.add(text, rank, self.owner)
 
     def give_up(self, text: str) -> None:
         """Warn of something that cannot be followed."""

@@ -127,7 +127,7 @@ class Stage:
             made = translate_world(bpy.context.evaluated_depsgraph_get(), scene, Images(warn), warn)
         else:
             made = translate_material(self.b_id, Images(warn), warn)
-        return contents(made), set(warn)
+        return contents(made), set(warn.each())
 
 
 def picture():
