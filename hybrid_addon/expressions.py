@@ -125,6 +125,12 @@ def reads_ray(surface: Surface) -> bool:
     return any(_is_attribute(e, RAY) for e in expressions_of(surface))
 
 
+def depends_on_eye(surface: Surface) -> bool:
+    """Whether it is another colour from each side: that of Fresnel and Layer Weight, or told by the ray."""
+    seen = ("incoming", "cosine")
+    return any(e.operation == "attribute" and e.data in seen for e in expressions_of(surface)) or reads_ray(surface)
+
+
 def reads_of_instance(surface: Surface) -> set[str]:
     """Keys of what a surface reads of the instance that wears it."""
     return {e.data.removeprefix(INSTANCE) for e in expressions_of(surface) if _is_attribute(e, INSTANCE)}
