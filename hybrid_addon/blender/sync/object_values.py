@@ -3,39 +3,76 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Any
 
 import bpy
 import numpy as np
 
 from ...procedural.hashes import jenkins
+from .messages import Warnings
 
 RGBA = tuple[float, float, float, float]
 TO_UNIT = 1 / 0xFFFFFFFF  # from 32 random bits to 0..1
 MATRICES = ("OBJECT_TO_WORLD", "WORLD_TO_OBJECT")
 
 
-def values_of(b_instance: bpy.types.DepsgraphObjectInstance, keys: Iterable[str]) -> dict[str, tuple[float, ...]]:
-    """Those of these keys (expressions.INSTANCE) that it has; the tracer knows its matrices itself."""
-    found = {key: _value(b_instance, key) for key in sorted(keys) if key not in MATRICES}
-    return {key: value for key, value in found.items() if value is not None}
+class ObjectValues:
+    """Reads them, of one frame."""
 
+    def __init__(self, warn: Warnings) -> None:
+        self._warn = warn
+        self._of_geometry: dict[tuple[int, str], list[RGBA | None]] = {}  # by instancer and name, of each instance
 
-def _value(b_instance: bpy.types.DepsgraphObjectInstance, key: str) -> tuple[float, ...] | None:
-    b_object = b_instance.object
-    kind, _, name = key.partition(":")
-    if kind in ("object", "instancer"):
-        return _named(b_instance, name, kind == "instancer")
-    if kind == "location":
-        return tuple(b_instance.matrix_world.translation)
-    if kind == "color":
-        return tuple(b_object.color)[:3]
-    if kind == "alpha":
-        return (b_object.color[3],)
-    if kind == "index":
-        return (float(b_object.pass_index),)
-    return (_random(b_instance),)
+    def of(self, b_instance: bpy.types.DepsgraphObjectInstance, keys: Iterable[str]) -> dict[str, tuple[float, ...]]:
+        """Those of these keys (expressions.INSTANCE) that it has; the tracer knows its matrices itself."""
+        found = {key: self._value(b_instance, key) for key in sorted(keys) if key not in MATRICES}
+        return {key: value for key, value in found.items() if value is not None}
+
+    def _value(self, b_instance: bpy.types.DepsgraphObjectInstance, key: str) -> tuple[float, ...] | None:
+        b_object = b_instance.object
+        kind, _, name = key.partition(":")
+        if kind in ("object", "instancer"):
+            return self._named(b_instance, name, kind == "instancer")
+        if kind == "location":
+            return tuple(b_instance.matrix_world.translation)
+        if kind == "color":
+            return tuple(b_object.color)[:3]
+        if kind == "alpha":
+            return (b_object.color[3],)
+        if kind == "index":
+            return (float(b_object.pass_index),)
+        return (_random(b_instance),)
+
+    def _named(self, b_instance: bpy.types.DepsgraphObjectInstance, name: str, of_instancer: bool) -> RGBA | None:
+        """An attribute by name, looked for where EEVEE looks (BKE_object_dupli_find_rgba_attribute)."""
+        places: list[Any] = [b_instance.object, b_instance.object.data]
+        if of_instancer and b_instance.is_instance:
+            found = self._by_geometry(b_instance, name)
+            if found is not None:
+                return found
+            b_system = b_instance.particle_system
+            places = [*([b_system.settings] if b_system else []), b_instance.parent, *places]
+        value = next(filter(None, (rgba_in(b_place, name) for b_place in places if b_place is not None)), None)
+        if value is None and of_instancer and b_instance.is_instance and name:
+            shown = b_instance.object.name
+            self._warn.add(f"object {shown!r}: attribute {name!r} of its instances cannot be read; it is 0 there")
+        return value
+
+    def _by_geometry(self, b_instance: bpy.types.DepsgraphObjectInstance, name: str) -> RGBA | None:
+        """What Geometry Nodes left on the instance; of nested ones on the outermost, which scripts see."""
+        b_parent = b_instance.parent
+        number = [n for n in b_instance.persistent_id if n != UNUSED][-1]
+        if not name or b_parent is None or b_parent.type == "EMPTY" or not hasattr(b_parent, "evaluated_geometry"):
+            return None
+        key = b_parent.as_pointer(), name
+        if key not in self._of_geometry:
+            b_geometry = b_parent.evaluated_geometry()  # what it hands out lives as long as it does
+            b_points = b_geometry.instances_pointcloud()
+            b_attribute = None if b_points is None else b_points.attributes.get(name)
+            self._of_geometry[key] = [] if b_attribute is None else [_of_item(b_item) for b_item in b_attribute.data]
+        known = self._of_geometry[key]
+        return known[number] if 0 <= number < len(known) else None
 
 
 def _random(b_instance: bpy.types.DepsgraphObjectInstance) -> float:
@@ -49,32 +86,11 @@ def _random(b_instance: bpy.types.DepsgraphObjectInstance) -> float:
     return int(hashed[0]) * TO_UNIT
 
 
-def _named(b_instance: bpy.types.DepsgraphObjectInstance, name: str, of_instancer: bool) -> RGBA | None:
-    """An attribute by name, looked for where EEVEE looks (BKE_object_dupli_find_rgba_attribute)."""
-    places: list[Any] = [b_instance.object, b_instance.object.data]
-    if of_instancer and b_instance.is_instance:
-        found = next((value for value in _of_geometry(b_instance, name)), None)
-        if found is not None:
-            return found
-        b_system = b_instance.particle_system
-        places = [*([b_system.settings] if b_system else []), b_instance.parent, *places]
-    return next(filter(None, (rgba_in(b_place, name) for b_place in places if b_place is not None)), None)
+def _of_item(b_item: Any) -> RGBA | None:
+    return _rgba(next((getattr(b_item, field) for field in FIELDS if hasattr(b_item, field)), None))
 
 
-def _of_geometry(b_instance: bpy.types.DepsgraphObjectInstance, name: str) -> Iterator[RGBA]:
-    """What Geometry Nodes left on the instance, outermost instances alone (Blender 5 shows them to scripts)."""
-    b_parent = b_instance.parent
-    if not name or b_parent is None or not hasattr(b_parent, "evaluated_geometry"):
-        return
-    b_points = b_parent.evaluated_geometry().instances_pointcloud()
-    b_attribute = b_points.attributes.get(name) if b_points is not None else None
-    number = b_instance.persistent_id[0]
-    if b_attribute is not None and 0 <= number < len(b_attribute.data):
-        b_item = b_attribute.data[number]
-        value = _rgba(next((getattr(b_item, field) for field in FIELDS if hasattr(b_item, field)), None))
-        if value is not None:
-            yield value
-
+UNUSED = 0x7FFFFFFF  # of the numbers of an instance, the innermost first
 
 FIELDS = ("color", "vector", "value")
 

@@ -27,7 +27,7 @@ from .linking import Links, linked, links_of
 from .material import Surfaces
 from .mesh import translate_mesh
 from .messages import Warnings
-from .object_values import values_of
+from .object_values import ObjectValues
 from .settings import ObjectSettings, instance_settings
 
 MeshKey = tuple[int, frozenset[str]]
@@ -41,6 +41,7 @@ class Objects:
     ) -> None:
         self._surfaces = surfaces
         self._kept = kept
+        self._values = ObjectValues(warn)
         self._moves: dict[str, bool] = {}  # by the object's full name
         self._light_context = light_context
         self._flags = flags
@@ -101,7 +102,7 @@ class Objects:
                 ray_traced=settings.ray_traced,
                 visibility=_visibility(b_object),
                 moves=self._is_likely_to_move(b_instance, mesh),
-                values=values_of(b_instance, self._read_of_instance(surfaces)),
+                values=self._values.of(b_instance, self._read_of_instance(surfaces)),
             )
         )
 

@@ -168,3 +168,78 @@ def test_nodes_of_objects_give_what_eevee_gives(addon):
         if not difference < 0.03:
             wrong[name] = float(difference), raster[inside].mean(axis=(0, 1)), traced[inside].mean(axis=(0, 1))
     assert wrong == {}
+
+
+# ------------------------------------------------------------------------------------------------ instances
+
+
+def shows(name, kind, out, **settings):
+    b_material, tree, b_output = material(name)
+    b_glow = node(tree, "Emission")
+    tree.links.new(node(tree, kind, **settings).outputs[out], b_glow.inputs["Color"])
+    tree.links.new(b_glow.outputs[0], b_output.inputs["Surface"])
+    return b_material
+
+
+def square(name, b_material):
+    b_mesh = bpy.data.meshes.new(name)
+    b_mesh.from_pydata([(-0.4, 0, -0.4), (0.4, 0, -0.4), (0.4, 0, 0.4), (-0.4, 0, 0.4)], [], [(0, 1, 2, 3)])
+    b_mesh.materials.append(b_material)
+    return bpy.data.objects.new(name, b_mesh)
+
+
+def scattered(name, b_square, z, as_instance=True):
+    """Instances by Geometry Nodes on a line of three points, each with its own `tint`; of the object or its mesh."""
+    tree = bpy.data.node_groups.new(name, "GeometryNodeTree")
+    tree.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    b_line, b_info, b_on, b_store, b_index, b_scale, b_out = (
+        tree.nodes.new(kind)
+        for kind in (
+            "GeometryNodeMeshLine", "GeometryNodeObjectInfo", "GeometryNodeInstanceOnPoints",
+            "GeometryNodeStoreNamedAttribute", "GeometryNodeInputIndex", "ShaderNodeMath", "NodeGroupOutput",
+        )
+    )  # fmt: skip
+    b_line.inputs["Count"].default_value = 3
+    b_line.inputs["Start Location"].default_value = (-1, 0, z)
+    b_line.inputs["Offset"].default_value = (1, 0, 0)
+    b_info.inputs["Object"].default_value = b_square
+    b_info.inputs["As Instance"].default_value = as_instance
+    b_store.domain, b_store.data_type = "INSTANCE", "FLOAT"
+    b_store.inputs["Name"].default_value = "tint"
+    b_scale.operation, b_scale.inputs[1].default_value, b_scale.inputs[2].default_value = "MULTIPLY_ADD", 0.3, 0.2
+    value = next(s for s in b_store.inputs if s.name == "Value" and s.enabled)
+    for start, end in (
+        (b_line.outputs[0], b_on.inputs["Points"]), (b_info.outputs["Geometry"], b_on.inputs["Instance"]),
+        (b_on.outputs[0], b_store.inputs["Geometry"]), (b_index.outputs[0], b_scale.inputs[0]),
+        (b_scale.outputs[0], value), (b_store.outputs[0], b_out.inputs[0]),
+    ):  # fmt: skip
+        tree.links.new(start, end)
+    b_object = bpy.data.objects.new(name, bpy.data.meshes.new(name))
+    b_object.modifiers.new("Nodes", "NODES").node_group = tree
+    bpy.context.scene.collection.objects.link(b_object)
+    return b_object
+
+
+def test_instances_have_their_own_values(addon):
+    """Of a collection and of Geometry Nodes: what the instancer gives, and a number by chance."""
+    b_scene = empty(60, 1)
+    tinted = shows("Tinted", "Attribute", "Color", attribute_type="INSTANCER", attribute_name="tint")
+    chance = shows("Chance", "ObjectInfo", "Random")
+    b_collection = bpy.data.collections.new("Kept")
+    for row, b_material in enumerate((tinted, chance)):
+        b_square = square(b_material.name, b_material)
+        b_collection.objects.link(b_square)
+        scattered(f"Scattered {row}", b_square, 1.0 - row)
+        scattered(f"Spread {row}", b_square, 2.0 - 4 * row, as_instance=False)
+        b_square.location = (0, 0, -row)
+    for column in range(2):
+        b_empty = bpy.data.objects.new(f"Empty {column}", None)
+        b_empty.instance_type, b_empty.instance_collection = "COLLECTION", b_collection
+        b_empty.location, b_empty["tint"] = (column, 0, -1), [0.9, 0.4 * column, 0.1]
+        b_scene.collection.objects.link(b_empty)
+        addon.mark(b_empty)
+    raster, traced, warnings = both(b_scene)
+    assert warnings == []
+    off = np.abs(raster - traced)[6:54, 6:54].max(axis=2)
+    assert raster.max() > 0.5 and len(np.unique(raster[30, :, 0])) > 3
+    assert np.percentile(off, 90) < 0.01, off[5::12, 5::12]
