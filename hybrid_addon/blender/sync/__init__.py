@@ -83,8 +83,9 @@ def translate(
     kept.begin()
     images = Images(warn, kept)
     name_scene(b_scene, warn)
-    world = translate_world(b_depsgraph, b_scene, images, warn)
-    surfaces = Surfaces(images, warn, material_override(b_scene, b_depsgraph), _facts(b_scene, camera))
+    frame = _facts(b_scene, camera)
+    world = translate_world(b_depsgraph, b_scene, images, warn, frame)
+    surfaces = Surfaces(images, warn, material_override(b_scene, b_depsgraph), frame)
     objects = Objects(surfaces, LightContext(light_falloff, b_scene.eevee.light_threshold), Flags(b_scene), warn, kept)
     objects.add_all(b_depsgraph)
     kept.end()
@@ -103,7 +104,7 @@ def translate(
 
 
 def _facts(b_scene: bpy.types.Scene, camera: Camera) -> FrameFacts:
-    """What material nodes may ask of the frame."""
+    """What nodes may ask of the frame."""
     space = bpy.data.colorspace.working_space if hasattr(bpy.data, "colorspace") else "Linear Rec.709"
     b_owners = (source_layer(b_scene), b_scene, b_scene.world)
     return FrameFacts(camera.matrix_world, tuple(filter(None, b_owners)), space)
