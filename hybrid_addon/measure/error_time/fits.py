@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,9 @@ T_95 = (12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
 FASTER, MORE_EXACT, AS_EXACT = 0.9, 0.95, 1.01
 """A point beats another with at most so many times its seconds and an error that is at most 1.01 times its own, or with
 so many times its error in no more seconds: times are measured, and come out a little different every time."""
+
+SURE, ENDLESS = 2.0, 99.0
+"""Standard errors by which it must do so (95 %), and a logarithm that no ratio reaches."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +72,19 @@ def pareto(time: Sequence[float], error: Sequence[float]) -> list[int]:
     return front
 
 
-def beaten_by(i: int, time: Sequence[float], error: Sequence[float]) -> int | None:
-    """The point that clearly beats point i, by the most (in time, times in error); None: i is on the front."""
+def beaten_by(
+    i: int, time: Sequence[float], error: Sequence[float], doubt: Callable[[int, int], float] = lambda i, j: 0.0
+) -> int | None:
+    """The point that clearly beats point i, by the most (in time, times in error); None: i is on the front.
+
+    doubt : the standard error of the logarithm of the ratio of the errors of two points, for they are measured, too.
+    """
 
     def beats(j: int) -> bool:
-        faster = time[j] <= FASTER * time[i] and error[j] <= AS_EXACT * error[i]
-        return faster or (time[j] <= time[i] and error[j] <= MORE_EXACT * error[i])
+        if time[j] > time[i] or error[j] > AS_EXACT * error[i]:
+            return False
+        most = error[j] * math.exp(min(SURE * doubt(i, j), ENDLESS))
+        return most <= MORE_EXACT * error[i] or (time[j] <= FASTER * time[i] and most <= AS_EXACT * error[i])
 
     found = [j for j in range(len(time)) if j != i and beats(j)]
     return min(found, key=lambda j: time[j] * error[j], default=None)
