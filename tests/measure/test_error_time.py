@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -299,11 +300,14 @@ def test_what_there_is_no_time_for_is_left_out(swept):
     assert promising(none["entries"]) == []
 
 
-def test_the_reference_takes_the_samples_that_there_is_time_for(swept):
+def test_the_reference_takes_the_samples_that_there_is_time_for(swept, monkeypatch):
     axes, _, _, _, renders = swept
     hurried = replace(axes, patient=False)
-    assert reference(renders, hurried, 1.0, time.perf_counter() + 8.5).quality.samples == 8
-    assert reference(renders, hurried, 1.0, time.perf_counter()).quality.samples == 2
+    with monkeypatch.context() as patch:
+        stopped = SimpleNamespace(perf_counter=lambda: 100.0)
+        patch.setattr("hybrid_addon.measure.error_time.reference.time", stopped)
+        assert reference(renders, hurried, 1.0, 108.5).quality.samples == 8
+        assert reference(renders, hurried, 1.0, 100.0).quality.samples == 2
     assert pilot(renders, replace(hurried, reference_samples=2), time.perf_counter() + 600).cutoff == CUTOFFS[0]
     stopped = pilot(renders, hurried, time.perf_counter())
     assert not stopped.finished
@@ -332,7 +336,7 @@ def test_a_picture_is_not_compared_with_itself(swept):
     """The reference has samples of its own: its seeds are not the render's."""
     _, deep, _, points, _ = swept
     assert deep.noise() > 0
-    assert min(p.shown for p in points) > deep.noise() / 10
+    assert min(p.error["all"]["rmse"] for p in points) > deep.noise() / 10
 
 
 def test_combinations_leave_out_adaptive_sampling_where_it_does_nothing():

@@ -21,9 +21,19 @@ def test_a_point_is_not_beaten_by_one_whose_smaller_error_may_be_chance():
     """Half the error, everywhere or in one of two blocks of pixels alone."""
     everywhere, one_block = np.full(16, 1.0), np.array([1.0, 0.001] + [0.0] * 14)
     points = [made_up(2.0, 1.0), made_up(1.0, 0.5)]
-    for blocks, beaten in ((everywhere, True), (one_block, False)):
-        points[0].blocks, points[1].blocks = {"rmse_shown": everywhere}, {"rmse_shown": blocks}
+    for blocks, beaten in ((0.25 * everywhere, True), (4 * one_block, False)):
+        points[0].blocks, points[1].blocks = {"rmse_shown": [everywhere]}, {"rmse_shown": [blocks]}
         assert findings.front(points, [2.0, 1.0]) == ([1] if beaten else [1, 0])
+
+
+def test_two_points_are_compared_by_the_runs_that_both_had():
+    """The second run of the first point met a highlight; the other point had no second run."""
+    points = [made_up(2.0, 9.0), made_up(1.0, 1.2)]
+    points[0].blocks, points[1].blocks = (
+        {"rmse_shown": [np.ones(16), 81 * np.ones(16)]},
+        {"rmse_shown": [1.4 * np.ones(16)]},
+    )
+    assert findings.front(points, [2.0, 1.0]) == [1, 0]
 
 
 def made_up(seconds, shown, clear=True, preset=""):

@@ -57,20 +57,28 @@ def _fitted(slope: fits.Slope | None, expected: float | None, why: str) -> fits.
 
 def front(points: Sequence[Point], time: Sequence[float]) -> list[int]:
     """The points that stand clear of the noise and that no point clearly beats (`fits.beaten_by`), by time."""
-    errors, doubt = [p.shown for p in points], _doubt(points, SHOWN)
-    found = [i for i, p in enumerate(points) if p.clear and fits.beaten_by(i, time, errors, doubt) is None]
+    errors, against = [p.shown for p in points], _against(points, SHOWN)
+    found = [i for i, p in enumerate(points) if p.clear and fits.beaten_by(i, time, errors, against) is None]
     return sorted(found, key=lambda i: time[i])
 
 
-def _doubt(points: Sequence[Point], metric: str) -> Callable[[int, int], float]:
-    """Of the logarithm of the ratio of two points' errors, its standard error; SHOWN is the root of what was summed."""
-    share = 0.5 if metric == SHOWN else 1.0
+def _against(points: Sequence[Point], metric: str) -> Callable[[int, int], tuple[float, float] | None]:
+    """For `fits.beaten_by`: by the runs that both points have had, which had the same samples. None without blocks.
 
-    def between(i: int, j: int) -> float:
-        ours, theirs = (points[k].blocks.get(metric) for k in (i, j))
-        return 0.0 if ours is None or theirs is None else share * metrics.doubt(ours, theirs)
+    Errors of one point at different samples can differ more than those of two points: a few highlights decide.
+    """
+    power = 0.5 if metric == SHOWN else 1.0  # SHOWN is the root of what was summed
 
-    return between
+    def against(j: int, i: int) -> tuple[float, float] | None:
+        theirs, ours = (points[k].blocks.get(metric, []) for k in (j, i))
+        laps = min(len(theirs), len(ours))
+        if not laps:
+            return None
+        a, b = sum(theirs[1:laps], theirs[0]), sum(ours[1:laps], ours[0])
+        ratio = max(float(a.sum()), 0.0) / float(b.sum()) if b.sum() > 0 else math.inf
+        return ratio**power, power * metrics.doubt(a, b)
+
+    return against
 
 
 def no_front(found: Sequence[int], points: Sequence[Point], deep: Reference) -> str:
@@ -93,13 +101,17 @@ def presets(points: Sequence[Point], time: Sequence[float], deep: Reference) -> 
             for metric in METRICS:
                 errors = [p.error["all"][metric] for p in points]
                 least = points[i].error["all"][LEAST] if metric == SHOWN else CLEAR * (deep.floor["all"][metric] or 0.0)
-                by[metric] = _verdict(i, time, errors, least or 0.0, _doubt(points, metric))
+                by[metric] = _verdict(i, time, errors, least or 0.0, _against(points, metric))
         found.append({"preset": label, "point": i, "by": by})
     return found
 
 
 def _verdict(
-    i: int, time: Sequence[float], error: Sequence[float | None], noise: float, doubt: Callable[[int, int], float]
+    i: int,
+    time: Sequence[float],
+    error: Sequence[float | None],
+    noise: float,
+    against: Callable[[int, int], tuple[float, float] | None],
 ) -> dict[str, Any]:
     """Whether point i is on the front, if its error stands clear of the noise."""
     own, known = error[i], [math.inf if e is None else e for e in error]
@@ -107,10 +119,11 @@ def _verdict(
         return {"beaten_by": None, "verdict": "not told: there is no such error"}
     if own <= noise:
         return {"beaten_by": None, "verdict": "not told: its error is within the reference's noise"}
-    by = fits.beaten_by(i, time, known, doubt)
+    by = fits.beaten_by(i, time, known, against)
     if by is None:
         return {"beaten_by": None, "verdict": "on the front"}
-    verdict = f"behind the front: another takes {time[by] / time[i]:.2f} of its time and has {known[by] / own:.2f} of "
+    times = (against(by, i) or (known[by] / own, 0.0))[0]
+    verdict = f"behind the front: another takes {time[by] / time[i]:.2f} of its time and has {times:.2f} of "
     return {"beaten_by": by, "verdict": verdict + "its error"}
 
 

@@ -73,18 +73,24 @@ def pareto(time: Sequence[float], error: Sequence[float]) -> list[int]:
 
 
 def beaten_by(
-    i: int, time: Sequence[float], error: Sequence[float], doubt: Callable[[int, int], float] = lambda i, j: 0.0
+    i: int,
+    time: Sequence[float],
+    error: Sequence[float],
+    against: Callable[[int, int], tuple[float, float] | None] | None = None,
 ) -> int | None:
     """The point that clearly beats point i, by the most (in time, times in error); None: i is on the front.
 
-    doubt : the standard error of the logarithm of the ratio of the errors of two points, for they are measured, too.
+    against : of two points j and i, how many times the error of i that of j is, and the standard error of the logarithm
+    of that, for errors are measured, too; None: as the errors say, without doubt.
     """
 
     def beats(j: int) -> bool:
-        if time[j] > time[i] or error[j] > AS_EXACT * error[i]:
+        if time[j] > time[i]:
             return False
-        most = error[j] * math.exp(min(SURE * doubt(i, j), ENDLESS))
-        return most <= MORE_EXACT * error[i] or (time[j] <= FASTER * time[i] and most <= AS_EXACT * error[i])
+        known = against(j, i) if against else None
+        times, doubt = known or (error[j] / error[i] if error[i] else math.inf, 0.0)
+        most = times * math.exp(min(SURE * doubt, ENDLESS))
+        return most <= MORE_EXACT or (time[j] <= FASTER * time[i] and most <= AS_EXACT)
 
     found = [j for j in range(len(time)) if j != i and beats(j)]
     return min(found, key=lambda j: time[j] * error[j], default=None)

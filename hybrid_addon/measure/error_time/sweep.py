@@ -51,7 +51,7 @@ class Point:
 
     error : SHOWN and FLIP are those of all runs, each with samples of its own; the others are those of the first.
     clear : its error can be told from none.   deciding : how many pixels decide the RMSE of the first run.
-    maps : the errors of single pixels, mean of all runs.   blocks : sums of those, of masked pixels (`metrics.doubt`).
+    maps : the errors of single pixels, mean of all runs.   blocks : of each run, sums of those over masked pixels.
     film : of presets, for the page.
     """
 
@@ -66,7 +66,7 @@ class Point:
     clear: bool = False
     deciding: float = 0.0
     maps: dict[str, Float64] = field(default_factory=dict)
-    blocks: dict[str, Float64] = field(default_factory=dict)
+    blocks: dict[str, list[Float64]] = field(default_factory=dict)
     film: Film | None = None
 
     @property
@@ -215,7 +215,8 @@ def _judge(renders: Renders, point: Point, film: Film, deep: Reference) -> None:
     picture, region, n = renders.shown(film), deep.regions["all"], len(point.times)
     maps = metrics.maps(picture, deep.picture, deep.halves)
     point.maps = {name: (n * point.maps[name] + more) / (n + 1) if n else more for name, more in maps.items()}
-    point.blocks = {name: metrics.in_blocks(np.where(region, mean, 0.0)) for name, mean in point.maps.items()}
+    for name, more in maps.items():
+        point.blocks.setdefault(name, []).append(metrics.in_blocks(np.where(region, more, 0.0)))
     point.times.append(film.time)
     if n == 0:
         point.error = {name: metrics.error(picture, deep.picture, part) for name, part in deep.regions.items()}
