@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 
 Input = Any
-"""What a socket is given: a number, a tuple of three (a colour or a vector), an output, or a node (its first output)."""
+"""For a socket: a number, a tuple of three (a colour or a vector), an output to link, or a node (its first output)."""
 
 
 class Tree:

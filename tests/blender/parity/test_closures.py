@@ -18,7 +18,7 @@ from hybrid_addon.blender.render import images
 
 pytestmark = [pytest.mark.blender, pytest.mark.render]
 
-SIZE = 28  # pixels of a ball's square
+SIZE = 24  # pixels of a ball's square
 WITHIN = 0.02
 RED, BLUE, DARK, WHITE = (0.7, 0.2, 0.1), (0.1, 0.3, 0.8), (0.05, 0.04, 0.03), (1.0, 1.0, 1.0)
 METAL = {"Metallic": 1.0, "Base Color": (0.9, 0.6, 0.3), "Roughness": 0.3}
@@ -210,7 +210,7 @@ def build():
     b_scene.collection.objects.link(b_camera)
     b_scene.camera = b_camera
     b_scene.render.resolution_x, b_scene.render.resolution_y = across * SIZE, down * SIZE
-    b_scene.eevee.taa_render_samples, b_scene.eevee.use_shadows = 8, False
+    b_scene.eevee.taa_render_samples, b_scene.eevee.use_shadows = 4, False
     return b_scene, [(label, value) for label, value, _ in found], across
 
 
@@ -219,11 +219,11 @@ def three(b_scene):
     hybrid_addon.enable(b_scene)
     b_scene.hybrid.rough_samples = 8
     raster = np.array(hybrid_addon.render(b_scene, mode="raster").image)[..., :3]
-    traced = hybrid_addon.render(b_scene, mode="hybrid", samples=16)
+    traced = hybrid_addon.render(b_scene, mode="hybrid", samples=8)
     hybrid_addon.disable(b_scene)
     b_scene.render.engine = "CYCLES"
     cycles = b_scene.cycles
-    cycles.device, cycles.samples, cycles.use_denoising, cycles.use_adaptive_sampling = "CPU", 256, False, False
+    cycles.device, cycles.samples, cycles.use_denoising, cycles.use_adaptive_sampling = "CPU", 128, False, False
     cycles.blur_glossy = cycles.sample_clamp_indirect = 0.0
     bpy.ops.render.render(scene=b_scene.name)
     planes = images.read_render_result(b_scene)
