@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The forty materials of tools/material_library: how many are traced as they are, without a warning. Renders nothing."""
+"""The forty materials of tools/material_library: how many need no warning. Renders nothing."""
 
 from __future__ import annotations
 
