@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The stage: ten materials side by side on balls and cards, a floor of checks, a long softbox, a studio's picture."""
+"""The stage: ten materials side by side on balls and cards, a floor of checks, a long softbox, a room with windows."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 import kit
+import numpy as np
 import shapes
 
 from . import effects, glasses, metals, organic, paints
@@ -26,7 +27,7 @@ BESIDE = 10
 STEP = 1.3
 """Metres from one ball, of one metre, to the next."""
 
-VERSION = 1
+VERSION = 2
 """Of the stage and of what EEVEE and Cycles are told: raise it to have their pictures drawn anew."""
 
 
@@ -41,8 +42,7 @@ def build(names: Sequence[str], size: int) -> tuple[Any, list[Any]]:
     scene = kit.new_scene("Material library")
     scene.render.resolution_x, scene.render.resolution_y = size * len(names), round(size * 1.15)
     scene.view_settings.look = "None"
-    folder = bpy.utils.system_resource("DATAFILES", path="studiolights/world")
-    kit.world(bpy.data.images.load(f"{folder}/studio.exr"), 0.7)
+    kit.world(_room(), 1.0)
     width = STEP * len(names)
     shapes.quad("Floor", (width + 4.0, 8.0), 2, _checks())
     trees = []
@@ -69,6 +69,22 @@ def slices(names: Sequence[str], width: int) -> dict[str, slice]:
     """The columns of pixels that each material has in a picture of that width."""
     size = width // len(names)
     return {name: slice(place * size, (place + 1) * size) for place, name in enumerate(names)}
+
+
+def _room() -> Any:
+    """A pale room with two soft windows, of radiance 4 at most: Cycles has little noise of it."""
+    height, width = 64, 128
+    up = np.sin(((np.arange(height) + 0.5) / height - 0.5) * np.pi)[:, None]
+    turn = ((np.arange(width) + 0.5) / width * 2.0 - 1.0)[None]
+    pixels = np.ones((height, width, 4), np.float32)
+    pixels[..., :3] = 0.25 + 0.2 * up[..., None] * np.array([0.8, 0.9, 1.0])
+    for place, half, color in ((-0.55, 0.10, (3.5, 3.6, 3.8)), (0.62, 0.16, (2.2, 2.0, 1.7))):
+        soft = 1 / (1 + np.exp(60 * (np.abs(turn - place) - half))) / (1 + np.exp(14 * (np.abs(up - 0.4) - 0.35)))
+        pixels[..., :3] += soft[..., None] * np.array(color)
+    b_image = bpy.data.images.new("Room", width, height, float_buffer=True)
+    b_image.pixels.foreach_set(pixels.ravel())
+    b_image.pack()
+    return b_image
 
 
 def _checks() -> Any:

@@ -24,7 +24,7 @@ class Tree:
         self.b_tree.nodes.clear()
         self.output = self.b_tree.nodes.new("ShaderNodeOutputMaterial")
 
-    def node(self, kind: str, inputs: Mapping[str | int, Input] | None = None, **settings: Any) -> Any:
+    def node(self, kind: str, inputs: Mapping[Any, Input] | None = None, **settings: Any) -> Any:
         """A node "ShaderNode" + `kind`; `inputs` by name or place. KeyError for an input that it has not."""
         b_node = self.b_tree.nodes.new(f"ShaderNode{kind}")
         for key, value in settings.items():
