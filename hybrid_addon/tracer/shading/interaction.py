@@ -29,7 +29,7 @@ class Interaction:
 
     prim        : (n,) intp
     table       : the scene's surfaces
-    surface     : (n,) intp, which of them
+    surface     : (n,) intp, which of them; after `closures_at`, which closure
     values      : their numbers of the surface model
     entering    : (n,) bool, the ray comes from the primitive's outer side
     point       : (3, n) float64, in the primitive's plane
@@ -42,6 +42,7 @@ class Interaction:
     media       : (rows, n) int32, solids around the hit on the side of wo; None: nothing absorbs shadow rays
     draws       : its random numbers; None: shadows are hard
     sides       : the media around hits where more than one surface is passed; None: nowhere
+    share       : (n,) float32, of the weights of all closures there, that of this one; None: it is alone
     """
 
     prim: Numbers
@@ -59,6 +60,12 @@ class Interaction:
     media: NDArray[np.int32] | None = None
     draws: Draws | None = None
     sides: Sides | None = None
+    share: Float32 | None = None
+
+    @property
+    def ior(self) -> Float64:
+        """(n,) inside over outside."""
+        return self.table.ior.take(self.surface) if self.values.ior is None else self.values.ior
 
     @cached_property
     def cos_o(self) -> Float32:
@@ -106,6 +113,7 @@ class Interaction:
             media=None if self.media is None else take(self.media, index),
             draws=None if self.draws is None else self.draws.take(index),
             sides=None if self.sides is None else self.sides.take(index),
+            share=None if self.share is None else take(self.share, index),
         )
 
 
