@@ -38,7 +38,6 @@ PRINCIPLED = {
     "Subsurface Weight": (SOFT, 0.2, 0.6, 1.0),
     "Subsurface Radius": (SOFT, (1.0, 0.2, 0.1), (0.3, 0.3, 0.3), (0.1, 0.2, 1.0)),
     "Subsurface Scale": (SOFT, 0.005, 0.05, 0.5),
-    "Subsurface IOR": (SOFT, 1.1, 1.4, 2.0),
     "Subsurface Anisotropy": (SOFT, 0.0, 0.4, 0.8),
     "Specular IOR Level": ({"Base Color": DARK, "Roughness": 0.3}, 0.0, 0.3, 1.0),
     "Specular Tint": ({"Base Color": DARK, "Roughness": 0.3, "Specular IOR Level": 1.0}, RED, BLUE, WHITE),
@@ -93,6 +92,9 @@ NODES = {
     "Add, Diffuse and": ("AddShader", {0: "diffuse"}, 1, "glossy", "rough", "emission"),
 }
 """Label: the node, what it is given, the input that varies (by name or place), and its values."""
+
+SILENT: dict[str, str] = {}
+"""Rows that are further off in silence, and why."""
 
 PARTS = {
     "diffuse": ("BsdfDiffuse", {"Color": BLUE}),
@@ -175,7 +177,7 @@ def sky(b_scene):
     tree.links.new(b_mix.outputs[2], b_background.inputs["Color"])
     b_scene.world = b_world
     data = bpy.data.lights.new("Sun", "SUN")
-    data.energy, data.angle, data.use_shadow = 2.0, math.radians(15), False
+    data.energy, data.angle, data.use_shadow = 2.0, math.radians(30), False
     b_sun = bpy.data.objects.new("Sun", data)
     b_sun.rotation_euler = (math.radians(50), 0, math.radians(-35))
     b_scene.collection.objects.link(b_sun)
@@ -219,7 +221,7 @@ def three(b_scene):
     hybrid_addon.enable(b_scene)
     b_scene.hybrid.rough_samples = 8
     raster = np.array(hybrid_addon.render(b_scene, mode="raster").image)[..., :3]
-    traced = hybrid_addon.render(b_scene, mode="hybrid", samples=8)
+    traced = hybrid_addon.render(b_scene, mode="full", samples=8)
     hybrid_addon.disable(b_scene)
     b_scene.render.engine = "CYCLES"
     cycles = b_scene.cycles
@@ -249,22 +251,24 @@ def apart(picture, reference):
 
 @pytest.fixture(scope="module")
 def table():
-    """{(label, value): {"EEVEE", "Cycles", "both"}: difference}, printed, and the warnings."""
+    """[(label, value, {"EEVEE", "Cycles", "both"}: difference, whether it is warned of)], printed."""
     b_scene, found, across = build()
     pictures, warnings = three(b_scene)
-    rows = {}
-    for number, cell in enumerate(found):
+    rows = []
+    for number, (label, value) in enumerate(found):
         ours, eevee, cycles = (blocks(pictures[name], number, across) for name in ("hybrid", "EEVEE", "Cycles"))
-        rows[cell] = {"EEVEE": apart(ours, eevee), "Cycles": apart(ours, cycles), "both": apart(eevee, cycles)}
-    for (label, value), row in rows.items():
-        print(f"| {label} | {value} | " + " | ".join(f"{100 * row[name]:.1f} %" for name in row) + " |")
-    np.savez("/tmp/closures.npz", **pictures)
-    return rows, warnings
+        row = {"EEVEE": apart(ours, eevee), "Cycles": apart(ours, cycles), "both": apart(eevee, cycles)}
+        rows.append((label, value, row, any(f"'{label} {value}'" in warning for warning in warnings)))
+    return rows
 
 
-def test_each_ball_is_near_eevee_or_cycles(table):
-    rows, _ = table
-    wrong = {cell: row for cell, row in rows.items() if min(row["EEVEE"], row["Cycles"]) > WITHIN}
-    print(len(rows), "balls,", len(wrong), "off")
-    for cell, row in wrong.items():
-        print("OFF", cell, row)
+def test_each_ball_is_near_eevee_or_cycles_or_warned_of(table):
+    """Or stands in SILENT, with the reason."""
+    off = [row for row in table if min(row[2]["EEVEE"], row[2]["Cycles"]) > WITHIN]
+    for label, value, row, is_named in table:
+        shares = " | ".join(f"{100 * share:.1f} %" for share in row.values())
+        print(f"| {label} | {value} | {shares} | {'warned of' if is_named else ''} |")
+    print(
+        f"{len(table) - len(off)} of {len(table)} within {100 * WITHIN:.0f} %, {sum(row[3] for row in off)} warned of"
+    )
+    assert [(label, value, row) for label, value, row, is_named in off if not is_named and label not in SILENT] == []
