@@ -23,6 +23,9 @@ REFERENCES = ("eevee", "cycles")
 SHOWN = ("eevee", "hybrid", "cycles")
 EEVEE_SAMPLES = 8
 
+LEAST_COVERAGE = 0.05
+"""Of the pixels that are compared: a bubble covers little."""
+
 
 def draw(names: Sequence[str], size: int, cycles_samples: int, stem: Path) -> dict[str, dict[str, Any]]:
     """The figures of each material; the pictures lie beside `stem`, and stem.png has three of them below one another.
@@ -49,7 +52,7 @@ def draw(names: Sequence[str], size: int, cycles_samples: int, stem: Path) -> di
     warnings, seconds = result.report["warnings"], result.report["time"].get("trace", {}).get("wall", 0.0)
     found = {}
     for name, columns in stage.slices(names, result.mask.shape[1]).items():
-        covered = result.mask[:, columns] > 0.5
+        covered = result.mask[:, columns] > LEAST_COVERAGE
         pictures = {kind: (linear[kind][:, columns], shown[kind][:, columns]) for kind in linear}
         found[name] = {
             "warnings": [warning for warning in warnings if f"'{name}'" in warning],
@@ -74,6 +77,8 @@ def compare(
     None without its library.
     """
     a, b = (_coarse(which[0], covered) for which in (picture, reference))
+    if not len(b):
+        return {"light": None, "mean": None, "flip": None}
     mean = max(float(b.mean()), 1e-6)
     seen = metrics.flip(srgb_to_linear(picture[1]), srgb_to_linear(reference[1]))
     return {
