@@ -29,7 +29,16 @@ from ..film.samples import SampleBuffer
 from ..prepare.compiled import CompiledScene
 from .interaction import Interaction
 from .microfacets import are_blurred, roughen
-from .scattering import both_faces, fresnel_dielectric, keep_outside, mirrored, reflect, reflecting_normal, refract
+from .scattering import (
+    both_faces,
+    fresnel_dielectric,
+    keep_outside,
+    mirrored,
+    passed,
+    reflect,
+    reflecting_normal,
+    refract,
+)
 
 Bools = NDArray[np.bool_]
 
@@ -131,7 +140,7 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
         bends &= ~thin
     return Split(
         reflected=rays.throughput * (at.value("mirror") + at.value("interface_tint") * (interface * fresnel)),
-        transmitted=rays.throughput * (tint * (interface * (1 - fresnel))),
+        transmitted=rays.throughput * (tint * (interface * passed(fresnel, at.table.reflects.take(at.surface)))),
         unlit=at.has_highlight & blurs,
         bends=bends,
         cos_i=cos_i,
