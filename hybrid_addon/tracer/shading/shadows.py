@@ -317,7 +317,7 @@ def _passed_closures(
     thin = scene.media.is_thin(prim)
     once = fresnel_dielectric(cos.astype(np.float32), ior.astype(np.float32))
     fresnel, tint = both_faces(once, seen.value("tint", ALL), thin)
-    share = seen.value("interface", ALL) * passed(fresnel, table.reflects.take(surface))
+    share: Array = seen.value("interface", ALL) * passed(fresnel, table.reflects.take(surface))
     if scene.settings.caustics == "SIMPLE":
         focused = simple_caustic(cos, ior)
         share = share * (focused if thin is None else np.where(thin, 1.0, focused))
