@@ -10,6 +10,7 @@ from __future__ import annotations
 import bpy
 import pytest
 
+from hybrid_addon.blender.render.motion_blur import moments
 from hybrid_addon.blender.render.settings import tracer_settings
 from hybrid_addon.blender.sync import translate
 from hybrid_addon.blender.sync.coverage import OBJECT_TYPES, PROPERTIES, Followed, Irrelevant, Named, Within, status_of
@@ -32,6 +33,7 @@ ELSEWHERE = {  # followed, and proved by tests of more than one value
     "Light": "type temperature_color",
     "CameraDOFSettings": "focus_subtarget",  # test_sync_camera
     "Camera": "type",
+    "SceneEEVEE": "motion_blur_steps",  # test_motion_blur
 }
 SINCE = {("ViewLayer", "material_override"): (5, 0, 0), ("ViewLayer", "world_override"): (5, 0, 0)}
 """What EEVEE of earlier versions does not follow either."""
@@ -42,6 +44,9 @@ WITHOUT_NODES = {  # what counts where there are no nodes, which from Blender 5 
 }
 BESIDE = {  # what counts only beside other values: (whose, name) -> these values
     ("SceneEEVEE", "bokeh_max_size"): {"scene.camera.data.dof.use_dof": True},
+    ("RenderSettings", "motion_blur_shutter"): {"use_motion_blur": True},
+    ("RenderSettings", "motion_blur_position"): {"use_motion_blur": True},
+    ("ViewLayer", "use_motion_blur"): {"scene.render.use_motion_blur": True},
     ("Light", "temperature"): {"use_temperature": True},
     ("Light", "cutoff_distance"): {"use_custom_distance": True},
     ("Camera", "sensor_height"): {"sensor_fit": "VERTICAL"},
@@ -130,7 +135,8 @@ def names_of(kind):
 
 def translated(scene):
     result = translate(bpy.context.evaluated_depsgraph_get(), scene, SIZE, WINDOW)
-    return contents(result.scene), contents(tracer_settings(scene)), result.warnings
+    settings = contents(tracer_settings(scene)), tuple(moments(scene, samples=64))
+    return contents(result.scene), settings, result.warnings
 
 
 def test_every_setting_is_in_a_table():
@@ -215,13 +221,14 @@ def test_the_kinds_of_objects_are_all_known():
 
 
 def test_the_most_important_warnings_come_first(stage):
-    stage.render.use_motion_blur = True
+    stage.view_layers[0].use_solid = False
     shader = bpy.data.materials["Material"].node_tree.nodes["Principled BSDF"]
     shader.inputs["Anisotropic"].default_value = 0.5
     shader.inputs["Diffuse Roughness"].default_value = 0.5
     told = translated(stage)[2]
     found = [
-        next(i for i, line in enumerate(told) if what in line) for what in ("blur", "Anisotropic", "Diffuse Roughness")
+        next(i for i, line in enumerate(told) if what in line)
+        for what in ("EEVEE draws no surfaces", "Anisotropic", "Diffuse Roughness")
     ]
     assert found == sorted(found)
 

@@ -74,7 +74,8 @@ EEVEE: Table = {
     **irrelevant(
         PROBES, "gi_diffuse_bounces, gi_cubemap_resolution, gi_visibility_resolution, gi_irradiance_pool_size"
     ),
-    **within("use_motion_blur", "motion_blur_depth_scale, motion_blur_max, motion_blur_steps"),
+    **followed("motion_blur_steps"),
+    **irrelevant("how EEVEE blurs its own half between its steps", "motion_blur_depth_scale"),
     **irrelevant(LINKS, "ray_tracing_options"),
 }  # fmt: skip
 
@@ -89,14 +90,14 @@ RENDER: Table = {
         "resolution_x, resolution_y, resolution_percentage, pixel_aspect_x, pixel_aspect_y, filter_size,"
         "film_transparent, use_border, border_min_x, border_min_y, border_max_x, border_max_y"
     ),
-    "use_motion_blur": Named("is not traced; ray traced objects stand still", False, rank=FIRST, label="motion blur"),
+    **followed("use_motion_blur, motion_blur_shutter, motion_blur_position"),
+    **irrelevant(LINKS, "motion_blur_shutter_curve"),
     "use_multiview": Named(
         "is not supported: the ray traced half shows one view", False, rank=FIRST, label="stereoscopy"
     ),
     "use_sequencer": Named(
         "replaces the rendered picture: switch Post Processing > Sequencer off", False, _has_strips, FIRST
     ),
-    **within("use_motion_blur", "motion_blur_shutter, motion_blur_position, motion_blur_shutter_curve"),
     **within("use_multiview", "views, stereo_views, views_format, use_spherical_stereo"),
     **irrelevant(
         SIMPLIFY,
@@ -144,10 +145,9 @@ RENDER: Table = {
 }
 
 LAYER: Table = {
-    **followed("use, material_override, world_override, use_sky"),
+    **followed("use, material_override, world_override, use_sky, use_motion_blur"),
     "use_solid": Named("is off: EEVEE draws no surfaces and tells of none, so none is traced", True, rank=FIRST),
     **within("object types", "use_strand, use_volumes, use_grease_pencil"),
-    **within("use_motion_blur", "use_motion_blur"),
     **irrelevant(CYCLES, "samples, pass_alpha_threshold, use_ao, cycles, lightgroups, active_lightgroup"),
     **irrelevant(CYCLES, "active_lightgroup_index, use_pass_shadow"),
     **irrelevant(FREESTYLE, "use_freestyle, freestyle_settings"),
