@@ -4,6 +4,7 @@
 Curves, surfaces and texts need no code: beside each of them the depsgraph's iterator yields its evaluated geometry as
 an object of type MESH, whose parent is the object itself. EEVEE draws the same. Metaballs would, too, but only in the
 depsgraph of their own scene, and the render's is another's: they are left out, in previews as well, and warned of.
+Hair and points come as what they are, and are made triangles here (`strands`).
 
 Visibility: EEVEE knows an object's visibility to the camera and to shadows. What reflections and refractions see it
 does not separate; here an object is left out of them only if both of Cycles' switches (glossy, transmission) are off.
@@ -11,6 +12,7 @@ does not separate; here an object is left out of them only if both of Cycles' sw
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 import bpy
@@ -20,7 +22,7 @@ from ...expressions import reads
 from ...scene import Float64, Instance, Light, TriangleMesh, Visibility
 from ..flags import Flags
 from .cache import MeshCache
-from .coverage import FIRST, name_object, name_settings
+from .coverage import name_object, name_settings
 from .light import LightContext, translate_light
 from .likely_to_move import moves
 from .linking import Links, linked, links_of
@@ -28,8 +30,13 @@ from .material import Surfaces
 from .mesh import translate_mesh
 from .messages import Warnings
 from .settings import ObjectSettings, instance_settings
+from .strands import has_hair, translate_curves, translate_hair, translate_points
 
 MeshKey = tuple[int, frozenset[str]]
+Translate = Callable[[bpy.types.Object, frozenset[str], Warnings], TriangleMesh | None]
+
+SHAPES: dict[str, Translate] = {"CURVES": translate_curves, "POINTCLOUD": translate_points}
+"""Objects that become triangles here, by their type."""
 
 
 class Objects:
@@ -52,13 +59,16 @@ class Objects:
         self._links: list[Links] = []  # of the lights
         self._names: list[str] = []  # of each instance, by which light linking knows it
 
-    def add_all(self, b_depsgraph: bpy.types.Depsgraph) -> None:
-        """Add everything visible. What the iterator hands out dies at its next step, so all is copied at once."""
+    def add_all(self, b_depsgraph: bpy.types.Depsgraph, hair_subdivided: int = 0) -> None:
+        """Add everything visible. What the iterator hands out dies at its next step, so all is copied at once.
+
+        hair_subdivided : `RenderSettings.hair_subdiv` of the artist's scene.
+        """
         for b_instance in b_depsgraph.object_instances:
             if b_instance.show_self and not _is_hidden(b_instance):
                 self._add(b_instance)
-            if b_instance.show_particles and not b_instance.is_instance:
-                self._warn_of_strands(b_instance.object)
+            if b_instance.show_particles and not _is_hidden(b_instance):
+                self._add_hair(b_instance, b_depsgraph.mode == "RENDER", hair_subdivided)
         self.lights = [linked(light, links, self._names) for light, links in zip(self.lights, self._links, strict=True)]
 
     def _add(self, b_instance: bpy.types.DepsgraphObjectInstance) -> None:
@@ -68,6 +78,8 @@ class Objects:
             self._add_light(b_instance)
         elif b_object.type == "MESH" and not (b_instance.parent and b_instance.parent.type == "META"):
             self._add_surface(b_instance)
+        elif b_object.type in SHAPES:
+            self._add_shape(b_instance, SHAPES[b_object.type])
         else:
             name_object(b_object, self._warn)
 
@@ -84,7 +96,46 @@ class Objects:
             return
         settings = instance_settings(b_instance, self._flags)
         surfaces = self._surfaces_of(b_object, settings)
-        mesh = self._mesh_of(b_object, surfaces)
+        self._place(b_instance, settings, surfaces, self._mesh_of(b_object, surfaces))
+
+    def _add_shape(self, b_instance: bpy.types.DepsgraphObjectInstance, translate: Translate) -> None:
+        """A curves object, a point cloud: EEVEE draws them by their radius."""
+        b_object = b_instance.object
+        settings = instance_settings(b_instance, self._flags)
+        surfaces = self._surfaces_of(b_object, settings)
+        keys = self._keys(surfaces)
+        mesh = self._made((b_object.data.as_pointer(), keys), b_object, partial(translate, b_object, keys, self._warn))
+        self._place(b_instance, settings, surfaces, mesh)
+
+    def _add_hair(self, b_instance: bpy.types.DepsgraphObjectInstance, for_render: bool, subdivided: int) -> None:
+        b_object = b_instance.object
+        for b_modifier in b_object.modifiers:
+            if has_hair(b_modifier, for_render):
+                settings = instance_settings(b_instance, self._flags)
+                surfaces = self._surfaces_of(b_object, settings)
+                keys = self._keys(surfaces)
+                make = partial(translate_hair, b_object, b_modifier, for_render, subdivided, keys)
+                mesh = self._made((b_modifier.as_pointer(), keys), b_object, make)
+                self._place(b_instance, settings, surfaces, mesh)
+
+    def _made(self, key: MeshKey, b_object: bpy.types.Object, make: Callable[[], TriangleMesh | None]) -> int | None:
+        """Position in `meshes` of what `make` makes, when first asked for, and the last frame's if that is the same."""
+        if key not in self._mesh_index:
+            mesh = make()
+            self._mesh_index[key] = None if mesh is None else len(self.meshes)
+            if mesh is not None:
+                self.meshes.append(self._kept.mesh((b_object.original.name_full, mesh.name, key[1]), mesh))
+        return self._mesh_index[key]
+
+    def _place(
+        self,
+        b_instance: bpy.types.DepsgraphObjectInstance,
+        settings: ObjectSettings,
+        surfaces: tuple[int, ...],
+        mesh: int | None,
+    ) -> None:
+        """One appearance of a mesh, which is None if it has no face."""
+        b_object = b_instance.object
         if mesh is None:
             return
         name_settings(b_object, f"object {b_object.name!r}", self._warn)
@@ -122,22 +173,17 @@ class Objects:
         """Position in `meshes` of the object's evaluated mesh, translated when first met; None if it has no face."""
         keys = self._keys(surfaces)
         key = (b_object.data.as_pointer(), keys)  # objects may share one evaluated mesh, which outlives this loop
-        if key not in self._mesh_index:
-            mesh = self._translated(b_object, keys)
-            self._mesh_index[key] = None if mesh is None else len(self.meshes)
-            self.meshes += [] if mesh is None else [mesh]
-        return self._mesh_index[key]
+        return self._made(key, b_object, partial(self._translated, b_object, keys))
 
     def _keys(self, surfaces: tuple[int, ...]) -> frozenset[str]:
         return frozenset(key for index in surfaces for key in reads(self._surfaces.surfaces[index]))
 
     def _translated(self, b_object: bpy.types.Object, keys: frozenset[str]) -> TriangleMesh | None:
-        """Translated, and the last frame's if that is the same."""
         b_mesh = b_object.to_mesh() if b_object.data.is_editmode else b_object.data
         scratch = partial(_scratch, b_object, b_mesh)
         mesh = translate_mesh(b_mesh, b_object.name, keys, self._warn, scratch)
         b_object.to_mesh_clear()
-        return None if mesh is None else self._kept.mesh((b_object.original.name_full, keys), mesh)
+        return mesh
 
     # -------------------------------------------------------------------------------------------- warnings
 
@@ -151,11 +197,6 @@ class Objects:
         if self._flags.is_ray_traced(b_instance.object) and not settings.ray_traced:
             shown, by = b_instance.object.name, b_instance.parent.name
             self._warn.add(f"object {shown!r}: shown by {by!r}, which is not ray traced: tick {by!r} instead")
-
-    def _warn_of_strands(self, b_object: bpy.types.Object) -> None:
-        for b_system in getattr(b_object, "particle_systems", ()):
-            if b_system.settings.type == "HAIR" and b_system.settings.render_type == "PATH":
-                self._warn.add(f"object {b_object.name!r}: hair is not ray traced", FIRST)
 
 
 def _scratch(b_object: bpy.types.Object, b_mesh: bpy.types.Mesh) -> bpy.types.Mesh:

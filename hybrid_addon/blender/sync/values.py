@@ -189,6 +189,17 @@ def _geometry(node: Node, output: str, reader: NodeReader) -> Value | None:
     return Expression("attribute", (), keys[output]) if output in keys else None
 
 
+STRAND = ("Intercept", "Length", "Thickness", "Random")
+"""Of attribute "strand", in this order."""
+
+
+def _hair_info(node: Node, output: str, reader: NodeReader) -> Value | None:
+    strand = Expression("attribute", (), "strand")
+    if output == "Is Strand":
+        return ex.apply("greater", ex.apply("channel", strand, data=STRAND.index("Length")), 0.0)
+    return ex.apply("channel", strand, data=STRAND.index(output)) if output in STRAND else None
+
+
 def default_coordinates(reader: NodeReader, node: Node) -> Any:
     """The Vector of a procedural texture: Generated where nothing is linked."""
     if node.input("Vector").node() is None:
@@ -287,6 +298,7 @@ NODES: dict[str, Translator] = {
     "ShaderNodeAttribute": _attribute,
     "ShaderNodeVertexColor": _attribute,
     "ShaderNodeNewGeometry": _geometry,
+    "ShaderNodeHairInfo": _hair_info,
     "ShaderNodeMapping": _mapping,
     "ShaderNodeVectorRotate": _vector_rotate,
     "ShaderNodeNormalMap": _normal_map,

@@ -25,7 +25,7 @@ BASES = {"PointLight": "Light", "SpotLight": "Light", "SunLight": "Light", "Area
 ELSEWHERE = {  # followed, and proved by tests of more than one value
     # test_render, test_pipeline: what Blender asks the engine for
     "RenderSettings": "resolution_x resolution_y resolution_percentage"
-    " use_border border_min_x border_min_y border_max_x border_max_y",
+    " use_border border_min_x border_min_y border_max_x border_max_y hair_subdiv",  # test_strands
     "ViewLayer": "use",  # test_pipeline
     "World": "node_tree use_nodes",  # test_sync_world, test_coverage_sockets
     "Material": "node_tree use_nodes",
@@ -62,6 +62,9 @@ OF_LIGHTS = ("visible_diffuse", "visible_glossy", "visible_transmission")
 BY_HAND = {  # values that nothing like them leads to
     ("RenderSettings", "use_sequencer"): lambda b: b.id_data.sequence_editor_create() and strip(b.id_data),
     ("SceneEEVEE", "use_raytracing"): lambda b: setattr(b, "use_raytracing", True),
+    ("RenderSettings", "hair_type"): lambda b: b.id_data.collection.objects.link(
+        bpy.data.objects.new("Hair", bpy.data.hair_curves.new("Hair"))
+    ),
     ("ViewLayer", "material_override"): lambda b: setattr(b, "material_override", bpy.data.materials.new("Clay")),
     ("ViewLayer", "world_override"): lambda b: setattr(b, "world_override", bpy.data.worlds.new("Other")),
     ("CameraDOFSettings", "focus_object"): lambda b: setattr(b, "focus_object", bpy.data.objects["Cube"]),
@@ -213,8 +216,8 @@ def test_light_probes_that_rays_do_not_replace_are_named(kind, named, stage):
 
 def test_the_kinds_of_objects_are_all_known():
     drawn_or_not = {
-        *OBJECT_TYPES, "MESH", "CURVE", "SURFACE", "FONT", "LIGHT", "LIGHT_PROBE", "CAMERA", "EMPTY", "ARMATURE",
-        "LATTICE", "SPEAKER",
+        *OBJECT_TYPES, "MESH", "CURVE", "SURFACE", "FONT", "CURVES", "POINTCLOUD", "LIGHT", "LIGHT_PROBE", "CAMERA",
+        "EMPTY", "ARMATURE", "LATTICE", "SPEAKER",
     }  # fmt: skip
     kinds = {item.identifier for item in bpy.types.Object.bl_rna.properties["type"].enum_items}
     assert kinds == drawn_or_not

@@ -16,8 +16,6 @@ ANIMATED = "followed as its values change from frame to frame"
 
 OBJECT_TYPES: dict[str, str] = {
     "VOLUME": "volumes are not ray traced",
-    "CURVES": "hair is not ray traced",
-    "POINTCLOUD": "point clouds are not ray traced",
     "GREASEPENCIL": "Grease Pencil is not ray traced",
     "META": "metaballs are not ray traced: convert them to meshes",
 }

@@ -40,6 +40,13 @@ def _has_strips(b_render: Any) -> bool:
     return b_editor is not None and len(b_editor.strips_all) > 0
 
 
+def _has_thin_hair(b_render: Any) -> bool:
+    return b_render.hair_type == "STRAND" and any(
+        b_object.type == "CURVES" or any(b_system.settings.type == "HAIR" for b_system in b_object.particle_systems)
+        for b_object in b_render.id_data.objects
+    )
+
+
 EEVEE: Table = {
     **followed(
         "light_threshold, use_shadows, direct_light_intensity, indirect_light_intensity, clamp_surface_direct,"
@@ -121,7 +128,14 @@ RENDER: Table = {
         "of the accuracy of EEVEE's own half",
         "use_high_quality_normals, anisotropic_filter, use_texture_cache, use_auto_generate_texture_cache",
     ),
-    **irrelevant("of particle hair, which is named", "hair_type, hair_subdiv"),
+    "hair_subdiv": FOLLOWED,
+    "hair_type": Named(
+        "is Strand: EEVEE draws hair one pixel wide, and rays meet its radius: set it to Strip",
+        "STRIP",
+        _has_thin_hair,
+        LAST,
+        "Curves > Shape",
+    ),
     **irrelevant(BAKING, "bake, bake_bias, bake_margin, bake_margin_type, bake_samples, bake_type, bake_user_scale"),
     **irrelevant(
         BAKING,

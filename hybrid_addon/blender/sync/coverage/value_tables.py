@@ -69,11 +69,11 @@ VALUES: dict[str, Table] = {
     "ShaderNodeTexWhiteNoise": followed("Vector, W"),
     "ShaderNodeTexSky": followed("Vector"),
     **nodes(
-        "TexCoord, UVMap, Attribute, VertexColor, NewGeometry, LightPath, Value, RGB, Group",
+        "TexCoord, UVMap, Attribute, VertexColor, NewGeometry, HairInfo, LightPath, Value, RGB, Group",
         {},
     ),
     **nodes(
-        "Bevel, Blackbody, CameraData, Displacement, HairInfo, LightFalloff, Normal, ObjectInfo,"
+        "Bevel, Blackbody, CameraData, Displacement, LightFalloff, Normal, ObjectInfo,"
         "ParticleInfo, PointInfo, RadialTiling, Raycast, Script, ShaderToRGB, Squeeze, Tangent,"
         "TexIES, TexPointDensity, UVAlongStroke, VectorCurve, VectorDisplacement, VectorTransform,"
         "VolumeInfo, Wavelength, Wireframe",
