@@ -41,9 +41,9 @@ class Hits(Protocol):
         "backfacing" or "cosine" (of the view angle) of the hits, or interpolated data of the mesh's corners; 0 where
         the mesh has none."""
 
-    def gradient(self, value: Callable[[Any], Array]) -> Array:
+    def gradient(self, value: Callable[[Any], Array], on_facet: bool = False) -> Array:
         """(3, n): how a number grows along the surface, for each metre, less than 0 seen from the inner side; `value`
-        works it out at given hits."""
+        works it out at given hits. on_facet: of metres across the normal, wherever the facet lies (it is displaced)."""
 
 
 # ------------------------------------------------------------------------------------------------ operations
@@ -321,7 +321,8 @@ class Evaluation:
     def _work_out(self, expression: Expression) -> Array:
         if expression.operation == "slope":
             height = expression.inputs[0]
-            return np.asarray(self._hits.gradient(lambda hits: Evaluation(hits)(height)), np.float32)
+            on_facet = () if expression.data is None else (expression.data,)
+            return np.asarray(self._hits.gradient(lambda hits: Evaluation(hits)(height), *on_facet), np.float32)
         inputs = [self(value) for value in expression.inputs]
         if expression.operation in ("image", "image_alpha"):
             rgba = self._image(expression, inputs)

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import bpy
 import numpy as np
@@ -23,16 +24,17 @@ from ...scene import Float64, Instance, Light, TriangleMesh, Visibility
 from ..flags import Flags
 from .cache import MeshCache
 from .coverage import name_object, name_settings
+from .displacement import WORLDLY, displaced, keys_of_mesh
 from .light import LightContext, translate_light
 from .likely_to_move import moves
 from .linking import Links, linked, links_of
 from .material import Surfaces
-from .mesh import translate_mesh
+from .mesh import corner_normals, translate_mesh
 from .messages import Warnings
 from .settings import ObjectSettings, instance_settings
 from .strands import has_hair, translate_curves, translate_hair, translate_points
 
-MeshKey = tuple[int, frozenset[str]]
+MeshKey = tuple[int, frozenset[str], bytes]
 Translate = Callable[[bpy.types.Object, frozenset[str], Warnings], TriangleMesh | None]
 
 SHAPES: dict[str, Translate] = {"CURVES": translate_curves, "POINTCLOUD": translate_points}
@@ -96,7 +98,7 @@ class Objects:
             return
         settings = instance_settings(b_instance, self._flags)
         surfaces = self._surfaces_of(b_object, settings)
-        self._place(b_instance, settings, surfaces, self._mesh_of(b_object, surfaces))
+        self._place(b_instance, settings, surfaces, self._mesh_of(b_instance, surfaces))
 
     def _add_shape(self, b_instance: bpy.types.DepsgraphObjectInstance, translate: Translate) -> None:
         """A curves object, a point cloud: EEVEE draws them by their radius."""
@@ -104,7 +106,9 @@ class Objects:
         settings = instance_settings(b_instance, self._flags)
         surfaces = self._surfaces_of(b_object, settings)
         keys = self._keys(surfaces)
-        mesh = self._made((b_object.data.as_pointer(), keys), b_object, partial(translate, b_object, keys, self._warn))
+        mesh = self._made(
+            (b_object.data.as_pointer(), keys, b""), b_object, partial(translate, b_object, keys, self._warn)
+        )
         self._place(b_instance, settings, surfaces, mesh)
 
     def _add_hair(self, b_instance: bpy.types.DepsgraphObjectInstance, for_render: bool, subdivided: int) -> None:
@@ -115,7 +119,7 @@ class Objects:
                 surfaces = self._surfaces_of(b_object, settings)
                 keys = self._keys(surfaces)
                 make = partial(translate_hair, b_object, b_modifier, for_render, subdivided, keys)
-                mesh = self._made((b_modifier.as_pointer(), keys), b_object, make)
+                mesh = self._made((b_modifier.as_pointer(), keys, b""), b_object, make)
                 self._place(b_instance, settings, surfaces, mesh)
 
     def _made(self, key: MeshKey, b_object: bpy.types.Object, make: Callable[[], TriangleMesh | None]) -> int | None:
@@ -124,7 +128,7 @@ class Objects:
             mesh = make()
             self._mesh_index[key] = None if mesh is None else len(self.meshes)
             if mesh is not None:
-                self.meshes.append(self._kept.mesh((b_object.original.name_full, mesh.name, key[1]), mesh))
+                self.meshes.append(self._kept.mesh((b_object.original.name_full, mesh.name, *key[1:]), mesh))
         return self._mesh_index[key]
 
     def _place(
@@ -169,21 +173,29 @@ class Objects:
         b_materials = [b_slot.material for b_slot in b_object.material_slots] or [None]
         return tuple(self._surfaces.index_of(b_material, settings.custom) for b_material in b_materials)
 
-    def _mesh_of(self, b_object: bpy.types.Object, surfaces: tuple[int, ...]) -> int | None:
+    def _mesh_of(self, b_instance: bpy.types.DepsgraphObjectInstance, surfaces: tuple[int, ...]) -> int | None:
         """Position in `meshes` of the object's evaluated mesh, translated when first met; None if it has no face."""
-        keys = self._keys(surfaces)
-        key = (b_object.data.as_pointer(), keys)  # objects may share one evaluated mesh, which outlives this loop
-        return self._made(key, b_object, partial(self._translated, b_object, keys))
+        b_object, keys = b_instance.object, self._keys(surfaces)
+        # Objects may share one evaluated mesh, which outlives this loop; displaced it depends on its own place.
+        moves = [self._surfaces.moves[index] for index in surfaces]
+        matrix = _matrix(b_instance) if keys & WORLDLY or any(move is not None for move in moves) else None
+        key = (b_object.data.as_pointer(), keys, b"" if matrix is None else matrix.tobytes())
+        return self._made(key, b_object, partial(self._translated, b_object, keys, moves, matrix))
 
     def _keys(self, surfaces: tuple[int, ...]) -> frozenset[str]:
         return frozenset(key for index in surfaces for key in reads(self._surfaces.surfaces[index]))
 
-    def _translated(self, b_object: bpy.types.Object, keys: frozenset[str]) -> TriangleMesh | None:
+    def _translated(
+        self, b_object: bpy.types.Object, keys: frozenset[str], moves: list[Any], matrix: Float64 | None
+    ) -> TriangleMesh | None:
         b_mesh = b_object.to_mesh() if b_object.data.is_editmode else b_object.data
+        normals = None if matrix is None else corner_normals(b_mesh)
         scratch = partial(_scratch, b_object, b_mesh)
-        mesh = translate_mesh(b_mesh, b_object.name, keys, self._warn, scratch)
+        mesh = translate_mesh(b_mesh, b_object.name, keys_of_mesh(keys), self._warn, scratch)
         b_object.to_mesh_clear()
-        return mesh
+        if mesh is None or matrix is None or normals is None:
+            return mesh
+        return displaced(mesh, normals, moves, keys, matrix)
 
     # -------------------------------------------------------------------------------------------- warnings
 

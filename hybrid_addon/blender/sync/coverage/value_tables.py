@@ -68,14 +68,16 @@ VALUES: dict[str, Table] = {
     ),
     "ShaderNodeTexWhiteNoise": followed("Vector, W"),
     "ShaderNodeTexSky": followed("Vector"),
+    "ShaderNodeDisplacement": followed("Height, Midlevel, Scale, Normal"),
+    "ShaderNodeVectorDisplacement": followed("Vector, Midlevel, Scale"),
     **nodes(
         "TexCoord, UVMap, Attribute, VertexColor, NewGeometry, HairInfo, LightPath, Value, RGB, Group",
         {},
     ),
     **nodes(
-        "Bevel, Blackbody, CameraData, Displacement, LightFalloff, Normal, ObjectInfo,"
+        "Bevel, Blackbody, CameraData, LightFalloff, Normal, ObjectInfo,"
         "ParticleInfo, PointInfo, RadialTiling, Raycast, Script, ShaderToRGB, Squeeze, Tangent,"
-        "TexIES, TexPointDensity, UVAlongStroke, VectorCurve, VectorDisplacement, VectorTransform,"
+        "TexIES, TexPointDensity, UVAlongStroke, VectorCurve, VectorTransform,"
         "VolumeInfo, Wavelength, Wireframe",
         NOT_FOLLOWED,
     ),
