@@ -82,7 +82,7 @@ def translate_hair(
     steps = (1 << (b_settings.render_step if for_render else b_settings.display_step)) + 1
     co_hair = b_system.co_hair
     places = [co_hair(b_object, particle_no=number, step=step) for number in numbers for step in range(steps)]
-    to_local = np.linalg.inv(np.array(b_object.matrix_world, np.float64))
+    to_local = np.linalg.pinv(np.array(b_object.matrix_world, np.float64))  # flattened ones, too
     points = np.array(places, np.float64) @ to_local[:3, :3].T + to_local[:3, 3]
     m = len(numbers)
     points, kept = _without_cut_ends(points.reshape(m, steps, 3))

@@ -224,3 +224,47 @@ def test_points_of_geometry_nodes_are_balls(scene):
     assert np.abs(balls_of.mean(axis=1)) == pytest.approx(np.ones((8, 3)), abs=1e-5)
     reach = np.linalg.norm(balls_of - balls_of.mean(axis=1, keepdims=True), axis=2)
     assert reach == pytest.approx(0.3, rel=0.01)
+
+
+def test_hair_of_instances_stands_where_each_instance_stands(scene):
+    b_plane = hairy(scene)
+    b_collection = bpy.data.collections.new("Instanced")
+    b_collection.objects.link(b_plane)
+    for b_user in list(b_plane.users_collection):
+        if b_user != b_collection:
+            b_user.objects.unlink(b_plane)
+    for x in (5, 9):
+        b_empty = bpy.data.objects.new("Instancer", None)
+        b_empty.instance_type, b_empty.instance_collection, b_empty.location.x = "COLLECTION", b_collection, x
+        b_empty.scale.z = 0 if x == 9 else 1  # flattened: no place in the object leads to one in the world
+        scene.collection.objects.link(b_empty)
+    result = translated(scene)
+    strands = [i for i in result.scene.instances if result.scene.meshes[i.mesh].name != "Plane"]
+    assert sorted(i.matrix_world[0, 3] for i in strands) == [5, 9]
+    for instance in strands:
+        vertices = result.scene.meshes[instance.mesh].vertices
+        assert np.isfinite(vertices).all() and np.abs(vertices[:, :2]).max() < 1.2
+
+
+def test_instances_of_geometry_nodes_have_each_their_own_geometry(scene):
+    """Of two points one shows a point cloud and the other a mesh. (Their curves neither EEVEE nor Cycles draws.)"""
+    b_group = bpy.data.node_groups.new("Pick", "GeometryNodeTree")
+    for in_out in ("INPUT", "OUTPUT"):
+        b_group.interface.new_socket("Geometry", in_out=in_out, socket_type="NodeSocketGeometry")
+    new, link = b_group.nodes.new, b_group.links.new
+    b_out, b_line, b_place = new("NodeGroupOutput"), new("GeometryNodeMeshLine"), new("GeometryNodeInstanceOnPoints")
+    b_line.inputs["Count"].default_value = 2
+    b_line.inputs["Offset"].default_value = (3, 0, 0)
+    b_points, b_cube = new("GeometryNodePoints"), new("GeometryNodeMeshCube")
+    b_both = new("GeometryNodeGeometryToInstance")
+    link(b_cube.outputs[0], b_both.inputs[0])
+    link(b_points.outputs[0], b_both.inputs[0])
+    link(b_line.outputs[0], b_place.inputs["Points"])
+    link(b_both.outputs[0], b_place.inputs["Instance"])
+    b_place.inputs["Pick Instance"].default_value = True
+    link(b_place.outputs[0], b_out.inputs[0])
+    bpy.data.objects["Cube"].modifiers.new("Pick", "NODES").node_group = b_group
+    result = translated(scene)
+    found = {len(result.scene.meshes[i.mesh].triangles): i.matrix_world[0, 3] for i in result.scene.instances}
+    assert len(found) == 2 and 12 in found
+    assert sorted(found.values()) == [0, 3]
