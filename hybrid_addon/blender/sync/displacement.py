@@ -180,6 +180,16 @@ def _unit(v: Float64) -> Float64:
     return np.asarray(v / np.where(length > 0, length, 1))
 
 
+Sampler = Callable[[Texture, NDArray[Any], NDArray[Any]], Float32]
+
+_samplers: list[Sampler] = []
+
+
+def use_sampler(sample: Sampler) -> None:
+    """Look images up by this: RGBA (4, n) of a texture at u, v (n,). The tracer does it, which this room knows not."""
+    _samplers[:] = [sample]
+
+
 class _Corners:
     """The corners of a mesh, as expressions ask of them (expressions.Hits)."""
 
@@ -189,10 +199,8 @@ class _Corners:
 
     def image(self, texture: Texture, uv: NDArray[Any] | None) -> Float32:
         """RGBA (4, nc)."""
-        from ...tracer.materials.textures import sample_texture  # a missing library must not keep Blender from loading
-
         u, v = (self.attribute("uv:" + texture.uv_map) if uv is None else uv)[:2].astype(np.float64)
-        return sample_texture(texture, u, v)
+        return _samplers[-1](texture, u, v)
 
     def attribute(self, key: str) -> Float32:
         """(width, nc) float32."""
