@@ -21,8 +21,7 @@ from .scene import Color, Expression, Number, Surface, Texture, Value
 Array = NDArray[Any]
 
 ATTRIBUTE_WIDTHS = {
-    "uv": 2, "color": 4, "generated": 3, "object": 3, "object_normal": 3, "tangent": 4,
-    "parametric": 2,
+    "uv": 2, "color": 4, "generated": 3, "object": 3, "object_normal": 3, "tangent": 4, "parametric": 2, "strand": 4,
 }  # fmt: skip
 """Numbers of a mesh's corner, by the first word of an attribute's key; other attributes the hits themselves know."""
 
@@ -45,9 +44,9 @@ class Hits(Protocol):
         "backfacing" or "cosine" (of the view angle) of the hits, what their rays or instances know (RAY, INSTANCE), or
         interpolated data of the mesh's corners; 0 where there is none."""
 
-    def gradient(self, value: Callable[[Any], Array]) -> Array:
+    def gradient(self, value: Callable[[Any], Array], on_facet: bool = False) -> Array:
         """(3, n): how a number grows along the surface, for each metre, less than 0 seen from the inner side; `value`
-        works it out at given hits."""
+        works it out at given hits. on_facet: of metres across the normal, wherever the facet lies (it is displaced)."""
 
 
 ASKING = ("image", "image_alpha", "attribute", "slope")  # operations that ask the hits
@@ -182,7 +181,8 @@ class Evaluation:
     def _work_out(self, expression: Expression) -> Array:
         if expression.operation == "slope":
             height = expression.inputs[0]
-            return np.asarray(self._hits.gradient(lambda hits: Evaluation(hits)(height)), np.float32)
+            on_facet = () if expression.data is None else (expression.data,)
+            return np.asarray(self._hits.gradient(lambda hits: Evaluation(hits)(height), *on_facet), np.float32)
         inputs = [self(value) for value in expression.inputs]
         if expression.operation in ("image", "image_alpha"):
             rgba = self._image(expression, inputs)

@@ -43,6 +43,8 @@ class Settings:
     processes     : as many forked processes do the work of the threads, where there are two or more, the system can
                     fork and the picture is worth it (`tracer.forks`). Changes no pixel.
     seed          : of the sampling pattern, together with the pixel's absolute position.
+    first         : number of the first sample in that pattern: of a part of a picture's samples.
+    fill          : pixels of the mask in which no sample met a ray traced object get a colour all the same.
     shadow_samples : rays to each light that has a size, for each hit, spread over the light; 0 = hard shadows.
     rough_samples : rays for each reflection and refraction of a rough surface that a camera ray meets; further on they
                     take one. 0 = rough surfaces mirror sharply.
@@ -69,6 +71,8 @@ class Settings:
     processes: bool = False
     chunk: int = 7 << 13
     seed: int = 0
+    first: int = 0
+    fill: bool = True
     cutoff: float = 0.0
     adaptive: float = 0.0
     passes: frozenset[str] = frozenset()

@@ -21,7 +21,8 @@ class TriangleMesh:
     surface_slots    : (nt,) int32, which of the instance's surfaces each triangle wears.
     attributes       : other data of the corners, key -> (nc, width) float32. "color:NAME" (4), "generated" (3, 0..1
                        over the bounds), "object" (3, local position), "object_normal" (3, local), "tangent:UV MAP" (4,
-                       local direction and the sign of the bitangent).
+                       local direction and the sign of the bitangent), "strand" (4, of hair: share of the way
+                       from root to tip, metres of it, metres of its thickness there, a random number of the strand).
     """
 
     name: str

@@ -142,7 +142,7 @@ def _render(
     # What no sample hit, and what else was asked for.
     taken = time.perf_counter()
     with stats.phase("develop"):
-        filled = image.fill(shape)
+        filled = image.fill(shape) if settings.fill else 0
         stats.skip("pixels without a sample", "copied from the nearest traced pixel", filled)
         aovs = _aovs(scene, image, shape, stats)
     developing += time.perf_counter() - taken
@@ -196,7 +196,7 @@ def _trace_strip(passes: Passes, mask: Float32 | None) -> tuple[Sampling, float]
     assert image is not None
     weight = None if mask is None else mask.reshape(-1)[grid.window] * (grid.window >= 0)
     sampling, audit = take_samples(passes, weight)
-    found = _fill_gaps(passes) if image.only_ray_traced else np.zeros(0, np.intp)
+    found = _fill_gaps(passes) if image.only_ray_traced and passes.settings.fill else np.zeros(0, np.intp)
     sampled = time.perf_counter()
     passes.develop()
     with passes.stats.phase("develop"):

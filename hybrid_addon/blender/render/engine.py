@@ -7,6 +7,7 @@ layer, translates the scene, traces the masked pixels and hands the traced half 
 
 from __future__ import annotations
 
+import math
 import platform
 from collections.abc import Callable
 from dataclasses import replace
@@ -24,7 +25,7 @@ from .. import session, view_layers
 from ..flags import unsaved_overrides
 from ..pipeline import compositor_setup, eevee_shadows, evaluated, scene_setup
 from ..session import Frame
-from . import abort, eevee_half, retrace
+from . import abort, eevee_half, motion_blur, retrace
 from .settings import public_settings, tracer_settings
 
 Progress = Callable[[str, float], bool]
@@ -80,7 +81,7 @@ class HybridTracer(bpy.types.RenderEngine):
         delivered = False
         try:
             window = _window(scene, resolution, (target.resolution_x, target.resolution_y))
-            frame, film = trace_frame(scene, depsgraph, resolution, window, self._progress)
+            frame, film = trace_frame(scene, depsgraph, resolution, window, self._progress, self._evaluate)
             _deliver(target, frame, film)
             session.of(scene.name).deliver(frame)
             delivered = True
@@ -102,6 +103,11 @@ class HybridTracer(bpy.types.RenderEngine):
             self.update_progress(fraction)
         return not self.test_break()
 
+    def _evaluate(self, moment: float) -> None:
+        """Have the depsgraph of this render show a frame, or what is between two."""
+        frame = math.floor(moment)
+        self.frame_set(frame, subframe=moment - frame)
+
     def _fail(self, scene: str, message: str) -> None:
         session.of(scene).error = message
         self.report({"ERROR"}, f"Hybrid: {message}")
@@ -115,8 +121,12 @@ def trace_frame(
     resolution: tuple[int, int],
     window: Window,
     progress: Progress,
+    evaluate: Callable[[float], None],
 ) -> tuple[Frame, Film]:
-    """Read the mask, translate, trace, premultiply: everything between EEVEE and the compositor."""
+    """Read the mask, translate, trace, premultiply: everything between EEVEE and the compositor.
+
+    evaluate : has `depsgraph` show another frame, for motion blur.
+    """
     from ...compositor import black_out, light_up, premultiply, shade
     from ...tracer import trace
     from ..sync import translate
@@ -138,10 +148,10 @@ def trace_frame(
     timing["mask read"] = clock.read()
 
     clock, left = Clock(), session.caches_of(scene.name)
-    translation = _stage(
-        progress, "Translating the scene", translate, depsgraph, scene, resolution, window,
-        light_falloff=scene.hybrid.light_falloff, kept=left.meshes,
-    )  # fmt: skip
+    translated = partial(
+        translate, depsgraph, scene, resolution, window, light_falloff=scene.hybrid.light_falloff, kept=left.meshes
+    )
+    translation = _stage(progress, "Translating the scene", translated)
     timing["translate"] = clock.read()
     if held is not None:
         retrace.check_drawn(held, translation.scene)
@@ -154,7 +164,15 @@ def trace_frame(
     settings = tracer_settings(scene)
     _going_on(progress, "Building")
     deadline = own.deadline(scene.hybrid.time_budget, (window[2] - window[0]) * (window[3] - window[1]))
-    film = trace(traced_scene, settings, mask, lambda fraction: progress("Tracing", fraction), deadline, left.trees)
+    tracing, times = partial(progress, "Tracing"), motion_blur.moments(scene, settings.samples)
+    if len(times) == 1:
+        film = trace(traced_scene, settings, mask, tracing, deadline, left.trees)
+    else:
+        work = partial(trace, mask=mask, cache=left.trees)
+        try:
+            film = motion_blur.trace_moments(times, evaluate, translated, work, settings, mask, tracing, deadline)
+        finally:
+            evaluate(scene.frame_current + scene.frame_subframe)
     own.sampled(film.time["develop"]["wall"])
     mask = film.coverage if mask is None else mask
     traced = premultiply(film.radiance, mask)

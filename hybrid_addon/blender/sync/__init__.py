@@ -3,7 +3,7 @@
 
     camera.py light.py world.py     those three, with their units
     objects.py                      which objects appear where, and what they wear
-    mesh.py                         evaluated meshes -> arrays
+    mesh.py strands.py tubes.py     evaluated meshes -> arrays; hair, curves and points -> thin triangles
     material.py shaders.py conductor.py volume.py    node trees and Custom settings -> Surface
     values.py value_nodes.py texture_nodes.py object_nodes.py    nodes of numbers and colours -> expressions
     object_values.py                what surfaces read of the object that wears them
@@ -87,7 +87,7 @@ def translate(
     world = translate_world(b_depsgraph, b_scene, images, warn, frame)
     surfaces = Surfaces(images, warn, material_override(b_scene, b_depsgraph), frame)
     objects = Objects(surfaces, LightContext(light_falloff, b_scene.eevee.light_threshold), Flags(b_scene), warn, kept)
-    objects.add_all(b_depsgraph)
+    objects.add_all(b_depsgraph, b_scene.render.hair_subdiv)
     kept.end()
     if not rough_samples(b_scene):
         warn_of_roughness(surfaces.surfaces, warn)

@@ -42,6 +42,8 @@ def _plain(b_mesh: bpy.types.Mesh, key: str, name: str, warn: Warnings) -> Float
     kind, _, of = key.partition(":")
     if kind == "color":
         return _color(b_mesh, of, name, warn)
+    if kind == "strand":  # of hair alone
+        return np.zeros((len(b_mesh.loops), 4), np.float32)
     if kind == "object_normal":
         normals = np.zeros((len(b_mesh.loops), 3), np.float32)
         b_mesh.corner_normals.foreach_get("vector", normals.reshape(-1))

@@ -11,7 +11,7 @@ with what was read of the last one. An image file is read again if its name, siz
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -60,7 +60,7 @@ class MeshCache:
     def mesh(self, key: Hashable, new: TriangleMesh) -> TriangleMesh:
         """The last frame's mesh of this key if it is the same as `new`, else `new`."""
         old = self._meshes[0].get(key)
-        found = old if old is not None and same_mesh(old, new) else new
+        found = old if old is not None and same(old, new) else new
         self.meshes += found is old
         self._room[0] -= _size(found)
         if self._room[0] >= 0:
@@ -99,18 +99,21 @@ def _size(mesh: TriangleMesh) -> int:
     return sum(array.nbytes for array in arrays if isinstance(array, np.ndarray))
 
 
-def same_mesh(a: TriangleMesh, b: TriangleMesh) -> bool:
-    """Whether two meshes hold the same, byte for byte."""
-    return all(same(getattr(a, field.name), getattr(b, field.name)) for field in fields(TriangleMesh))
-
-
 def same(a: Any, b: Any) -> bool:
-    """Whether two values are equal, arrays byte for byte."""
+    """Whether two values are equal, parts of a scene part by part, arrays byte for byte."""
+    if a is b:
+        return True
     if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
         return a.dtype == b.dtype and a.shape == b.shape and np.array_equal(_bits(a), _bits(b))
-    if isinstance(a, dict) and isinstance(b, dict):
+    if type(a) is not type(b):
+        return False
+    if is_dataclass(a) and not isinstance(a, type):
+        return all(same(getattr(a, field.name), getattr(b, field.name)) for field in fields(a))
+    if isinstance(a, dict):
         return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
-    return type(a) is type(b) and bool(a == b)
+    if isinstance(a, list | tuple):
+        return len(a) == len(b) and all(map(same, a, b))
+    return bool(a == b)
 
 
 def _bits(a: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:

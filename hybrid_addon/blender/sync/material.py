@@ -12,11 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import bpy
 
 from ...scene import WHITE, Expression, Surface
 from .coverage import name_settings, name_sockets
+from .displacement import bent, displacement_of
 from .image import Images
 from .messages import Warnings
 from .nodes import Node, active_output, uses_nodes
@@ -34,6 +36,7 @@ DEFAULT_SPECULAR = (0.04, 0.04, 0.04)
 class Surfaces:
     """The scene's surfaces, each pair of material and Custom settings once.
 
+    moves      : of each the vector in world space by which it moves its vertices (`displacement`); None: it does not.
     b_override : the view layer's Material Override, which all objects wear instead, or None.
     """
 
@@ -49,8 +52,10 @@ class Surfaces:
         self._b_override = b_override
         self._warn = warn
         self._materials: dict[str, Surface] = {}
+        self._moves: dict[str, Any] = {}
         self._index: dict[tuple[str, CustomSurface], int] = {}
         self.surfaces: list[Surface] = []
+        self.moves: list[Any] = []
 
     def index_of(self, b_material: bpy.types.Material | None, custom: CustomSurface) -> int:
         """Position in `surfaces`."""
@@ -59,8 +64,16 @@ class Surfaces:
         key = (b_material.name_full if b_material else "", custom)
         if key not in self._index:
             self._index[key] = len(self.surfaces)
+            self.moves.append(self._moved_by(b_material))
             self.surfaces.append(customised(self._of_material(b_material), custom.over(custom_surface(b_material))))
         return self._index[key]
+
+    def _moved_by(self, b_material: bpy.types.Material | None) -> Any:
+        if b_material is None or b_material.displacement_method == "BUMP":
+            return None
+        if b_material.name_full not in self._moves:
+            self._moves[b_material.name_full] = displacement_of(b_material, self._images, self._warn)
+        return self._moves[b_material.name_full]
 
     def _of_material(self, b_material: bpy.types.Material | None) -> Surface:
         if b_material is None:
@@ -108,6 +121,8 @@ def translate_material(
     """The surface that a material describes, with its Backface Culling: that of the camera and that of shadows."""
     name_settings(b_material, f"material {b_material.name!r}", warn)
     surface = replace(_described(b_material, images, warn, frame), name=b_material.name)
+    moved = displacement_of(b_material, images, warn)
+    surface = each(surface, lambda closure: bent(closure, moved))
     return replace(
         surface, culled=b_material.use_backface_culling, shadow_culled=b_material.use_backface_culling_shadow
     )

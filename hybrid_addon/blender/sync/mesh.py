@@ -65,8 +65,11 @@ def _vertex_of_corner(b_mesh: bpy.types.Mesh) -> Int32:
 
 def _corner_normals(b_mesh: bpy.types.Mesh) -> Float32 | None:
     """(nc, 3) float32 with sharp edges and custom normals applied; None where every face is flat shaded."""
-    if b_mesh.normals_domain == "FACE":
-        return None
+    return None if b_mesh.normals_domain == "FACE" else corner_normals(b_mesh)
+
+
+def corner_normals(b_mesh: bpy.types.Mesh) -> Float32:
+    """(nc, 3) float32, those of the face where it is flat."""
     values = np.zeros(3 * len(b_mesh.loops), np.float32)
     b_mesh.corner_normals.foreach_get("vector", values)
     return values.reshape(-1, 3)

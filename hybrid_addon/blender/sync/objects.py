@@ -4,6 +4,7 @@
 Curves, surfaces and texts need no code: beside each of them the depsgraph's iterator yields its evaluated geometry as
 an object of type MESH, whose parent is the object itself. EEVEE draws the same. Metaballs would, too, but only in the
 depsgraph of their own scene, and the render's is another's: they are left out, in previews as well, and warned of.
+Hair and points come as what they are, and are made triangles here (`strands`).
 
 Visibility: EEVEE knows an object's visibility to the camera and to shadows. What reflections and refractions see it
 does not separate; here an object is left out of them only if both of Cycles' switches (glossy, transmission) are off.
@@ -11,7 +12,9 @@ does not separate; here an object is left out of them only if both of Cycles' sw
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import bpy
 import numpy as np
@@ -20,17 +23,23 @@ from ...expressions import reads, reads_of_instance
 from ...scene import Float64, Instance, Light, TriangleMesh, Visibility
 from ..flags import Flags
 from .cache import MeshCache
-from .coverage import FIRST, name_object, name_settings
+from .coverage import name_object, name_settings
+from .displacement import WORLDLY, displaced, keys_of_mesh
 from .light import LightContext, translate_light
 from .likely_to_move import moves
 from .linking import Links, linked, links_of
 from .material import Surfaces
-from .mesh import translate_mesh
+from .mesh import corner_normals, translate_mesh
 from .messages import Warnings
 from .object_values import ObjectValues
 from .settings import ObjectSettings, instance_settings
+from .strands import has_hair, translate_curves, translate_hair, translate_points
 
-MeshKey = tuple[int, frozenset[str]]
+MeshKey = tuple[int, frozenset[str], bytes]
+Translate = Callable[[bpy.types.Object, frozenset[str], Warnings], TriangleMesh | None]
+
+SHAPES: dict[str, Translate] = {"CURVES": translate_curves, "POINTCLOUD": translate_points}
+"""Objects that become triangles here, by their type."""
 
 
 class Objects:
@@ -54,13 +63,16 @@ class Objects:
         self._links: list[Links] = []  # of the lights
         self._names: list[str] = []  # of each instance, by which light linking knows it
 
-    def add_all(self, b_depsgraph: bpy.types.Depsgraph) -> None:
-        """Add everything visible. What the iterator hands out dies at its next step, so all is copied at once."""
+    def add_all(self, b_depsgraph: bpy.types.Depsgraph, hair_subdivided: int = 0) -> None:
+        """Add everything visible. What the iterator hands out dies at its next step, so all is copied at once.
+
+        hair_subdivided : `RenderSettings.hair_subdiv` of the artist's scene.
+        """
         for b_instance in b_depsgraph.object_instances:
             if b_instance.show_self and not _is_hidden(b_instance):
                 self._add(b_instance)
-            if b_instance.show_particles and not b_instance.is_instance:
-                self._warn_of_strands(b_instance.object)
+            if b_instance.show_particles and not _is_hidden(b_instance):
+                self._add_hair(b_instance, b_depsgraph.mode == "RENDER", hair_subdivided)
         self.lights = [linked(light, links, self._names) for light, links in zip(self.lights, self._links, strict=True)]
 
     def _add(self, b_instance: bpy.types.DepsgraphObjectInstance) -> None:
@@ -70,6 +82,8 @@ class Objects:
             self._add_light(b_instance)
         elif b_object.type == "MESH" and not (b_instance.parent and b_instance.parent.type == "META"):
             self._add_surface(b_instance)
+        elif b_object.type in SHAPES:
+            self._add_shape(b_instance, SHAPES[b_object.type])
         else:
             name_object(b_object, self._warn)
 
@@ -86,7 +100,48 @@ class Objects:
             return
         settings = instance_settings(b_instance, self._flags)
         surfaces = self._surfaces_of(b_object, settings)
-        mesh = self._mesh_of(b_object, surfaces)
+        self._place(b_instance, settings, surfaces, self._mesh_of(b_instance, surfaces))
+
+    def _add_shape(self, b_instance: bpy.types.DepsgraphObjectInstance, translate: Translate) -> None:
+        """A curves object, a point cloud: EEVEE draws them by their radius."""
+        b_object = b_instance.object
+        settings = instance_settings(b_instance, self._flags)
+        surfaces = self._surfaces_of(b_object, settings)
+        keys = self._keys(surfaces)
+        mesh = self._made(
+            (b_object.data.as_pointer(), keys, b""), b_object, partial(translate, b_object, keys, self._warn)
+        )
+        self._place(b_instance, settings, surfaces, mesh)
+
+    def _add_hair(self, b_instance: bpy.types.DepsgraphObjectInstance, for_render: bool, subdivided: int) -> None:
+        b_object = b_instance.object
+        for b_modifier in b_object.modifiers:
+            if has_hair(b_modifier, for_render):
+                settings = instance_settings(b_instance, self._flags)
+                surfaces = self._surfaces_of(b_object, settings)
+                keys = self._keys(surfaces)
+                make = partial(translate_hair, b_object, b_modifier, for_render, subdivided, keys)
+                mesh = self._made((b_modifier.as_pointer(), keys, b""), b_object, make)
+                self._place(b_instance, settings, surfaces, mesh)
+
+    def _made(self, key: MeshKey, b_object: bpy.types.Object, make: Callable[[], TriangleMesh | None]) -> int | None:
+        """Position in `meshes` of what `make` makes, when first asked for, and the last frame's if that is the same."""
+        if key not in self._mesh_index:
+            mesh = make()
+            self._mesh_index[key] = None if mesh is None else len(self.meshes)
+            if mesh is not None:
+                self.meshes.append(self._kept.mesh((b_object.original.name_full, mesh.name, *key[1:]), mesh))
+        return self._mesh_index[key]
+
+    def _place(
+        self,
+        b_instance: bpy.types.DepsgraphObjectInstance,
+        settings: ObjectSettings,
+        surfaces: tuple[int, ...],
+        mesh: int | None,
+    ) -> None:
+        """One appearance of a mesh, which is None if it has no face."""
+        b_object = b_instance.object
         if mesh is None:
             return
         name_settings(b_object, f"object {b_object.name!r}", self._warn)
@@ -121,15 +176,14 @@ class Objects:
         b_materials = [b_slot.material for b_slot in b_object.material_slots] or [None]
         return tuple(self._surfaces.index_of(b_material, settings.custom) for b_material in b_materials)
 
-    def _mesh_of(self, b_object: bpy.types.Object, surfaces: tuple[int, ...]) -> int | None:
+    def _mesh_of(self, b_instance: bpy.types.DepsgraphObjectInstance, surfaces: tuple[int, ...]) -> int | None:
         """Position in `meshes` of the object's evaluated mesh, translated when first met; None if it has no face."""
-        keys = self._keys(surfaces)
-        key = (b_object.data.as_pointer(), keys)  # objects may share one evaluated mesh, which outlives this loop
-        if key not in self._mesh_index:
-            mesh = self._translated(b_object, keys)
-            self._mesh_index[key] = None if mesh is None else len(self.meshes)
-            self.meshes += [] if mesh is None else [mesh]
-        return self._mesh_index[key]
+        b_object, keys = b_instance.object, self._keys(surfaces)
+        # Objects may share one evaluated mesh, which outlives this loop; displaced it depends on its own place.
+        moves = [self._surfaces.moves[index] for index in surfaces]
+        matrix = _matrix(b_instance) if keys & WORLDLY or any(move is not None for move in moves) else None
+        key = (b_object.data.as_pointer(), keys, b"" if matrix is None else matrix.tobytes())
+        return self._made(key, b_object, partial(self._translated, b_object, keys, moves, matrix))
 
     def _keys(self, surfaces: tuple[int, ...]) -> frozenset[str]:
         return frozenset(key for index in surfaces for key in reads(self._surfaces.surfaces[index]))
@@ -137,13 +191,17 @@ class Objects:
     def _read_of_instance(self, surfaces: tuple[int, ...]) -> frozenset[str]:
         return frozenset(key for index in surfaces for key in reads_of_instance(self._surfaces.surfaces[index]))
 
-    def _translated(self, b_object: bpy.types.Object, keys: frozenset[str]) -> TriangleMesh | None:
-        """Translated, and the last frame's if that is the same."""
+    def _translated(
+        self, b_object: bpy.types.Object, keys: frozenset[str], moves: list[Any], matrix: Float64 | None
+    ) -> TriangleMesh | None:
         b_mesh = b_object.to_mesh() if b_object.data.is_editmode else b_object.data
+        normals = None if matrix is None else corner_normals(b_mesh)
         scratch = partial(_scratch, b_object, b_mesh)
-        mesh = translate_mesh(b_mesh, b_object.name, keys, self._warn, scratch)
+        mesh = translate_mesh(b_mesh, b_object.name, keys_of_mesh(keys), self._warn, scratch)
         b_object.to_mesh_clear()
-        return None if mesh is None else self._kept.mesh((b_object.original.name_full, keys), mesh)
+        if mesh is None or matrix is None or normals is None:
+            return mesh
+        return displaced(mesh, normals, moves, keys, matrix)
 
     # -------------------------------------------------------------------------------------------- warnings
 
@@ -157,11 +215,6 @@ class Objects:
         if self._flags.is_ray_traced(b_instance.object) and not settings.ray_traced:
             shown, by = b_instance.object.name, b_instance.parent.name
             self._warn.add(f"object {shown!r}: shown by {by!r}, which is not ray traced: tick {by!r} instead")
-
-    def _warn_of_strands(self, b_object: bpy.types.Object) -> None:
-        for b_system in getattr(b_object, "particle_systems", ()):
-            if b_system.settings.type == "HAIR" and b_system.settings.render_type == "PATH":
-                self._warn.add(f"object {b_object.name!r}: hair is not ray traced", FIRST)
 
 
 def _scratch(b_object: bpy.types.Object, b_mesh: bpy.types.Mesh) -> bpy.types.Mesh:

@@ -178,6 +178,17 @@ def _uv_map(node: Node, output: str, reader: NodeReader) -> Value:
     return Expression("attribute", (), "uv:" + node.b_node.uv_map)
 
 
+STRAND = ("Intercept", "Length", "Thickness", "Random")
+"""Of attribute "strand", in this order."""
+
+
+def _hair_info(node: Node, output: str, reader: NodeReader) -> Value | None:
+    strand = Expression("attribute", (), "strand")
+    if output == "Is Strand":
+        return ex.apply("greater", ex.apply("channel", strand, data=STRAND.index("Length")), 0.0)
+    return ex.apply("channel", strand, data=STRAND.index(output)) if output in STRAND else None
+
+
 def default_coordinates(reader: NodeReader, node: Node) -> Any:
     """The Vector of a procedural texture: Generated where nothing is linked."""
     if node.input("Vector").node() is None:
@@ -270,6 +281,7 @@ NODES: dict[str, Translator] = {
     "ShaderNodeTexEnvironment": _environment,
     "ShaderNodeTexCoord": _texture_coordinate,
     "ShaderNodeUVMap": _uv_map,
+    "ShaderNodeHairInfo": _hair_info,
     "ShaderNodeMapping": _mapping,
     "ShaderNodeVectorRotate": _vector_rotate,
     "ShaderNodeNormalMap": _normal_map,

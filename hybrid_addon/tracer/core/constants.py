@@ -208,6 +208,9 @@ MICROFACET_TRIES = 4
 BUMP_STEP = 1.0e-3
 """A height is differentiated over this share of the ray's length: about a pixel."""
 
+STEEPEST_FACET = 0.02
+"""Cosine between a displaced facet and the undisplaced normal, below which heights are not followed down the facet."""
+
 SPOT_BLEND_FLOOR = 1.0e-8
 """EEVEE's guard for a spot without blend: max(1e-8, (1 - cos) blend); dimensionless."""
 

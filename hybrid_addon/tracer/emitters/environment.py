@@ -42,7 +42,7 @@ class Directions:
         rows = 1 if key in ("cosine", "backfacing") else ATTRIBUTE_WIDTHS.get(key.partition(":")[0], 3)
         return np.full((rows, self._direction.shape[1]), key == "cosine", np.float32)
 
-    def gradient(self, value: Callable[[Any], Array]) -> Float32:
+    def gradient(self, value: Callable[[Any], Array], _on_facet: bool = False) -> Float32:
         """(3, n): none."""
         return np.zeros((3, self._direction.shape[1]), np.float32)
 

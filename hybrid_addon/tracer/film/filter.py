@@ -35,9 +35,10 @@ class PixelFilter:
     offsets : k pairs (dx, dy), the pixels that a sample of pixel (0, 0) counts for.
     """
 
-    def __init__(self, radius: float, seed: int, spread: bool = True) -> None:
-        """radius: in pixels. spread: False for samples that go through the pixels' centres and count there alone."""
-        self.radius, self.spread = radius, spread and radius > 0
+    def __init__(self, radius: float, seed: int, spread: bool = True, start: int = 0) -> None:
+        """radius: in pixels. spread: False for samples that go through the pixels' centres and count there alone.
+        start: where in the pattern the picture's samples begin."""
+        self.radius, self.spread, self.start = radius, spread and radius > 0, start
         self._shift = hash32(np.array([seed & 0xFFFFFFFF], np.uint32))
         reach = range(-self.reach, self.reach + 1)
         self.offsets = sorted(((dx, dy) for dy in reach for dx in reach), key=lambda o: (o != (0, 0), o))
@@ -54,7 +55,7 @@ class PixelFilter:
         """
         if not spread:
             return np.zeros(count, np.float32), np.zeros(count, np.float32)
-        u, v = r2(self._shift, np.arange(first, first + count, dtype=np.uint32))
+        u, v = r2(self._shift, np.arange(count, dtype=np.uint32) + np.uint32(self.start + first))
         size = np.float32(2 * min(0.5, self.radius))
         return (u - np.float32(0.5)) * size, (v - np.float32(0.5)) * size
 

@@ -93,7 +93,9 @@ class Passes:
         self.scene, self.settings = scene, scene.settings
         self.progress, self.fraction = progress, 0.0
         self.adaptive = self.settings.adaptive > 0 and self.settings.samples > FIRST_SAMPLES
-        self.filter = PixelFilter(self.settings.filter_radius, self.settings.seed, self.settings.samples > 1)
+        self.filter = PixelFilter(
+            self.settings.filter_radius, self.settings.seed, self.settings.samples > 1, self.settings.first
+        )
         self.grid = Grid.of(scene.camera.window, scene.camera.resolution, wanted, self.filter.reach, rows)
         zeros = zeros_for(self.settings)
         self.pixel_buffer = PixelBuffer.zeros(self.grid, self.filter, self.adaptive, wanted_aovs(self.settings), zeros)
@@ -208,7 +210,8 @@ class Passes:
         settings = self.settings
         with stats.phase("shade"), np.errstate(all="ignore"):
             # What the samples add up to, and what they leave.
-            sampler = Sampler(pixel_keys(*self.grid.at(pixels), settings.seed), work.first, work.count)
+            keys = pixel_keys(*self.grid.at(pixels), settings.seed)
+            sampler = Sampler(keys, settings.first + work.first, work.count)
             signatures = None
             if work.signed and self._identity is not None:
                 nothing = np.zeros(len(pixels) * work.count, np.uint32)

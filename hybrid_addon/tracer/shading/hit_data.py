@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32, Float64, Texture
-from ..core.constants import BUMP_STEP
+from ..core.constants import BUMP_STEP, STEEPEST_FACET
 from ..core.rays import (
     CAMERA_RAY,
     DIFFUSE,
@@ -151,7 +151,7 @@ class HitData:
         result[smooth] = np.sqrt(dot(n, n))
         return result
 
-    def gradient(self, value: Callable[[HitData], Array]) -> Float64:
+    def gradient(self, value: Callable[[HitData], Array], on_facet: bool = False) -> Float64:
         """(3, n): how a number (1, n) grows along the surface, for each metre; over a step of about a pixel.
 
         Seen from the inner side it is turned around, with the normal: what rises outwards is a hollow from within.
@@ -163,8 +163,12 @@ class HitData:
         step, here = np.maximum(self.distance * BUMP_STEP, np.finfo(float).tiny), value(self)
         result = np.zeros((3, len(self.prim)))
         for direction in (first, cross(normal, first)):
+            way = direction
+            if on_facet:  # along the normal back to the facet, which is steep where it is displaced
+                facet = self._true_normal.astype(np.float64)
+                way = direction - normal * (dot(facet, direction) / np.maximum(dot(facet, normal), STEEPEST_FACET))
             there = HitData(
-                self.geometry, self.surface, self.prim, self.point + direction * step, self.entering, self.normal,
+                self.geometry, self.surface, self.prim, self.point + way * step, self.entering, self.normal,
                 self.wo, self.distance, self.came,
             )  # fmt: skip
             result += direction * ((value(there)[0].astype(np.float64) - here[0]) / step)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import bpy
 import pytest
 
+from hybrid_addon.blender.render.motion_blur import moments
 from hybrid_addon.blender.render.settings import tracer_settings
 from hybrid_addon.blender.sync import translate
 from hybrid_addon.blender.sync.coverage import OBJECT_TYPES, PROPERTIES, Followed, Irrelevant, Named, Within, status_of
@@ -24,14 +25,15 @@ BASES = {"PointLight": "Light", "SpotLight": "Light", "SunLight": "Light", "Area
 ELSEWHERE = {  # followed, and proved by tests of more than one value
     # test_render, test_pipeline: what Blender asks the engine for
     "RenderSettings": "resolution_x resolution_y resolution_percentage"
-    " use_border border_min_x border_min_y border_max_x border_max_y",
+    " use_border border_min_x border_min_y border_max_x border_max_y hair_subdiv",  # test_strands
     "ViewLayer": "use",  # test_pipeline
     "World": "node_tree use_nodes",  # test_sync_world, test_coverage_sockets
-    "Material": "node_tree use_nodes",
+    "Material": "node_tree use_nodes displacement_method",  # test_displacement
     "Object": "type data material_slots light_linking instance_collection",  # test_sync_objects, test_parity
     "Light": "type temperature_color",
     "CameraDOFSettings": "focus_subtarget",  # test_sync_camera
     "Camera": "type",
+    "SceneEEVEE": "motion_blur_steps",  # test_motion_blur
 }
 SINCE = {("ViewLayer", "material_override"): (5, 0, 0), ("ViewLayer", "world_override"): (5, 0, 0)}
 """What EEVEE of earlier versions does not follow either."""
@@ -42,6 +44,9 @@ WITHOUT_NODES = {  # what counts where there are no nodes, which from Blender 5 
 }
 BESIDE = {  # what counts only beside other values: (whose, name) -> these values
     ("SceneEEVEE", "bokeh_max_size"): {"scene.camera.data.dof.use_dof": True},
+    ("RenderSettings", "motion_blur_shutter"): {"use_motion_blur": True},
+    ("RenderSettings", "motion_blur_position"): {"use_motion_blur": True},
+    ("ViewLayer", "use_motion_blur"): {"scene.render.use_motion_blur": True},
     ("Light", "temperature"): {"use_temperature": True},
     ("Light", "cutoff_distance"): {"use_custom_distance": True},
     ("Camera", "sensor_height"): {"sensor_fit": "VERTICAL"},
@@ -57,6 +62,9 @@ OF_LIGHTS = ("visible_diffuse", "visible_glossy", "visible_transmission")
 BY_HAND = {  # values that nothing like them leads to
     ("RenderSettings", "use_sequencer"): lambda b: b.id_data.sequence_editor_create() and strip(b.id_data),
     ("SceneEEVEE", "use_raytracing"): lambda b: setattr(b, "use_raytracing", True),
+    ("RenderSettings", "hair_type"): lambda b: b.id_data.collection.objects.link(
+        bpy.data.objects.new("Hair", bpy.data.hair_curves.new("Hair"))
+    ),
     ("ViewLayer", "material_override"): lambda b: setattr(b, "material_override", bpy.data.materials.new("Clay")),
     ("ViewLayer", "world_override"): lambda b: setattr(b, "world_override", bpy.data.worlds.new("Other")),
     ("CameraDOFSettings", "focus_object"): lambda b: setattr(b, "focus_object", bpy.data.objects["Cube"]),
@@ -130,7 +138,8 @@ def names_of(kind):
 
 def translated(scene):
     result = translate(bpy.context.evaluated_depsgraph_get(), scene, SIZE, WINDOW)
-    return contents(result.scene), contents(tracer_settings(scene)), result.warnings
+    settings = contents(tracer_settings(scene)), tuple(moments(scene, samples=64))
+    return contents(result.scene), settings, result.warnings
 
 
 def test_every_setting_is_in_a_table():
@@ -207,21 +216,22 @@ def test_light_probes_that_rays_do_not_replace_are_named(kind, named, stage):
 
 def test_the_kinds_of_objects_are_all_known():
     drawn_or_not = {
-        *OBJECT_TYPES, "MESH", "CURVE", "SURFACE", "FONT", "LIGHT", "LIGHT_PROBE", "CAMERA", "EMPTY", "ARMATURE",
-        "LATTICE", "SPEAKER",
+        *OBJECT_TYPES, "MESH", "CURVE", "SURFACE", "FONT", "CURVES", "POINTCLOUD", "LIGHT", "LIGHT_PROBE", "CAMERA",
+        "EMPTY", "ARMATURE", "LATTICE", "SPEAKER",
     }  # fmt: skip
     kinds = {item.identifier for item in bpy.types.Object.bl_rna.properties["type"].enum_items}
     assert kinds == drawn_or_not
 
 
 def test_the_most_important_warnings_come_first(stage):
-    stage.render.use_motion_blur = True
+    stage.view_layers[0].use_solid = False
     shader = bpy.data.materials["Material"].node_tree.nodes["Principled BSDF"]
     shader.inputs["Anisotropic"].default_value = 0.5
     shader.inputs["Diffuse Roughness"].default_value = 0.5
     told = translated(stage)[2]
     found = [
-        next(i for i, line in enumerate(told) if what in line) for what in ("blur", "Anisotropic", "Diffuse Roughness")
+        next(i for i, line in enumerate(told) if what in line)
+        for what in ("EEVEE draws no surfaces", "Anisotropic", "Diffuse Roughness")
     ]
     assert found == sorted(found)
 

@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from .scene_tables import CYCLES, GONE, GREASE_PENCIL, INTERFACE, PASSES, PROBES, VOLUMES
-from .status import LAST, Named, Table, followed, irrelevant, within
+from .status import FOLLOWED, LAST, Named, Table, followed, irrelevant, within
 
 PLACE = "Blender works it into the object's matrix or geometry, which is followed"
 OBJECT_INFO = "seen by node Object Info alone, which is named where it is not followed"
@@ -16,8 +16,6 @@ ANIMATED = "followed as its values change from frame to frame"
 
 OBJECT_TYPES: dict[str, str] = {
     "VOLUME": "volumes are not ray traced",
-    "CURVES": "hair is not ray traced",
-    "POINTCLOUD": "point clouds are not ray traced",
     "GREASEPENCIL": "Grease Pencil is not ray traced",
     "META": "metaballs are not ray traced: convert them to meshes",
 }
@@ -86,7 +84,8 @@ MATERIAL: Table = {
     "use_transparency_overlap": Named(
         "is off: ray traced, all of its layers show through one another", True, _blends, label="Transparency Overlap"
     ),
-    **within("Displacement", "displacement_method, max_vertex_displacement"),
+    "displacement_method": FOLLOWED,
+    **irrelevant("by which EEVEE knows what may be in sight", "max_vertex_displacement"),
     **within("Subsurface Weight", "use_sss_translucency, use_thickness_from_shadow"),
     **irrelevant(
         "how EEVEE approximates refraction, which rays follow exactly",

@@ -40,6 +40,13 @@ def _has_strips(b_render: Any) -> bool:
     return b_editor is not None and len(b_editor.strips_all) > 0
 
 
+def _has_thin_hair(b_render: Any) -> bool:
+    return b_render.hair_type == "STRAND" and any(
+        b_object.type == "CURVES" or any(b_system.settings.type == "HAIR" for b_system in b_object.particle_systems)
+        for b_object in b_render.id_data.objects
+    )
+
+
 EEVEE: Table = {
     **followed(
         "light_threshold, use_shadows, direct_light_intensity, indirect_light_intensity, clamp_surface_direct,"
@@ -74,7 +81,8 @@ EEVEE: Table = {
     **irrelevant(
         PROBES, "gi_diffuse_bounces, gi_cubemap_resolution, gi_visibility_resolution, gi_irradiance_pool_size"
     ),
-    **within("use_motion_blur", "motion_blur_depth_scale, motion_blur_max, motion_blur_steps"),
+    **followed("motion_blur_steps"),
+    **irrelevant("how EEVEE blurs its own half between its steps", "motion_blur_depth_scale"),
     **irrelevant(LINKS, "ray_tracing_options"),
 }  # fmt: skip
 
@@ -89,14 +97,14 @@ RENDER: Table = {
         "resolution_x, resolution_y, resolution_percentage, pixel_aspect_x, pixel_aspect_y, filter_size,"
         "film_transparent, use_border, border_min_x, border_min_y, border_max_x, border_max_y"
     ),
-    "use_motion_blur": Named("is not traced; ray traced objects stand still", False, rank=FIRST, label="motion blur"),
+    **followed("use_motion_blur, motion_blur_shutter, motion_blur_position"),
+    **irrelevant(LINKS, "motion_blur_shutter_curve"),
     "use_multiview": Named(
         "is not supported: the ray traced half shows one view", False, rank=FIRST, label="stereoscopy"
     ),
     "use_sequencer": Named(
         "replaces the rendered picture: switch Post Processing > Sequencer off", False, _has_strips, FIRST
     ),
-    **within("use_motion_blur", "motion_blur_shutter, motion_blur_position, motion_blur_shutter_curve"),
     **within("use_multiview", "views, stereo_views, views_format, use_spherical_stereo"),
     **irrelevant(
         SIMPLIFY,
@@ -120,7 +128,14 @@ RENDER: Table = {
         "of the accuracy of EEVEE's own half",
         "use_high_quality_normals, anisotropic_filter, use_texture_cache, use_auto_generate_texture_cache",
     ),
-    **irrelevant("of particle hair, which is named", "hair_type, hair_subdiv"),
+    "hair_subdiv": FOLLOWED,
+    "hair_type": Named(
+        "is Strand: EEVEE draws hair one pixel wide, and rays meet its radius: set it to Strip",
+        "STRIP",
+        _has_thin_hair,
+        LAST,
+        "Curves > Shape",
+    ),
     **irrelevant(BAKING, "bake, bake_bias, bake_margin, bake_margin_type, bake_samples, bake_type, bake_user_scale"),
     **irrelevant(
         BAKING,
@@ -144,10 +159,9 @@ RENDER: Table = {
 }
 
 LAYER: Table = {
-    **followed("use, material_override, world_override, use_sky"),
+    **followed("use, material_override, world_override, use_sky, use_motion_blur"),
     "use_solid": Named("is off: EEVEE draws no surfaces and tells of none, so none is traced", True, rank=FIRST),
     **within("object types", "use_strand, use_volumes, use_grease_pencil"),
-    **within("use_motion_blur", "use_motion_blur"),
     **irrelevant(CYCLES, "samples, pass_alpha_threshold, use_ao, cycles, lightgroups, active_lightgroup"),
     **irrelevant(CYCLES, "active_lightgroup_index, use_pass_shadow"),
     **irrelevant(FREESTYLE, "use_freestyle, freestyle_settings"),

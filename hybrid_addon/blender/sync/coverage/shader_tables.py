@@ -133,8 +133,7 @@ SHADERS: dict[str, Table] = {
     ),
     **VOLUMES,
     "ShaderNodeOutputMaterial": {
-        **followed("Surface, Volume"),
-        "Displacement": Named("is not traced: convert it to a modifier", None),
+        **followed("Surface, Volume, Displacement"),
         **irrelevant("how EEVEE guesses the thickness of glass, which rays measure", "Thickness"),
     },
     "ShaderNodeOutputWorld": {

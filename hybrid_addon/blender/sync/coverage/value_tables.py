@@ -74,14 +74,16 @@ VALUES: dict[str, Table] = {
     ),
     "ShaderNodeTexWhiteNoise": followed("Vector, W"),
     "ShaderNodeTexSky": followed("Vector"),
+    "ShaderNodeDisplacement": followed("Height, Midlevel, Scale, Normal"),
+    "ShaderNodeVectorDisplacement": followed("Vector, Midlevel, Scale"),
     **nodes(
-        "TexCoord, UVMap, Attribute, VertexColor, NewGeometry, LightPath, Value, RGB, Group, ObjectInfo, CameraData,"
-        "Tangent",
+        "TexCoord, UVMap, Attribute, VertexColor, NewGeometry, HairInfo, LightPath, Value, RGB, Group, ObjectInfo,"
+        "CameraData, Tangent",
         {},
     ),
     **nodes(
-        "Displacement, HairInfo, ParticleInfo, PointInfo, RadialTiling, Raycast, Script, ShaderToRGB, Squeeze, TexIES,"
-        "TexPointDensity, UVAlongStroke, VectorDisplacement, VolumeInfo, Wireframe",
+        "ParticleInfo, PointInfo, RadialTiling, Raycast, Script, ShaderToRGB, Squeeze, TexIES, TexPointDensity,"
+        "UVAlongStroke, VolumeInfo, Wireframe",
         NOT_FOLLOWED,
     ),
 }
