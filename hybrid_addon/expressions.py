@@ -23,7 +23,7 @@ from .scene import Color, Expression, Number, Surface, Texture, Value
 Array = NDArray[Any]
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # of Blender's default working space (EEVEE's node RGB to BW)
-ATTRIBUTE_WIDTHS = {"uv": 2, "color": 4, "generated": 3, "object": 3, "object_normal": 3, "tangent": 4}
+ATTRIBUTE_WIDTHS = {"uv": 2, "color": 4, "generated": 3, "object": 3, "object_normal": 3, "tangent": 4, "around": 4}
 """Numbers of a mesh's corner, by the first word of an attribute's key; other attributes the hits themselves know."""
 
 FINITE = 1e30  # results are clamped to +- this: a division by 0 in a node must not end as NaN in a picture

@@ -20,8 +20,9 @@ class TriangleMesh:
     uv_maps          : name -> (nc, 2) float32; "" is the map active for rendering.
     surface_slots    : (nt,) int32, which of the instance's surfaces each triangle wears.
     attributes       : other data of the corners, key -> (nc, width) float32. "color:NAME" (4), "generated" (3, 0..1
-                       over the bounds), "object" (3, local position), "object_normal" (3, local), "tangent:UV MAP" (4,
-                       local direction and the sign of the bitangent).
+                       over the bounds), "object" (3, local position), "object_normal" (3, local), "around:Z" (4, local
+                       direction around that axis, and 0), "tangent:UV MAP" (4, local direction and the sign of the
+                       bitangent).
     """
 
     name: str

@@ -17,6 +17,7 @@ import numpy as np
 
 from ... import expressions as ex
 from ...scene import BLACK, WHITE, Expression, Surface
+from . import lobes
 from . import texture_nodes as _textures  # noqa: F401  (these two add their nodes to the table of `values`)
 from . import value_nodes as _registered  # noqa: F401
 from .conductor import conductor_tints
@@ -64,7 +65,10 @@ def _normal(node: Node, reader: NodeReader) -> Expression | None:
 def _principled(node: Node, reader: NodeReader) -> Surface:
     base_color, alpha = color(reader, node, "Base Color"), _unit(number(reader, node, "Alpha"))
     metallic, transmission = _unit(number(reader, node, "Metallic")), _unit(number(reader, node, "Transmission Weight"))
-    ior = _ior(node, reader)
+    film = lobes.film(node, reader)
+    ior = lobes.index(_ior(node, reader), film)
+    if metallic == 1.0 and not lobes.FILMS_ON_METAL:
+        film = {}
     glass, straight = ex.times(alpha, ex.rest(metallic), transmission), ex.rest(alpha)
     thin = node.has_input("Thin Wall") and bool(node.input("Thin Wall").value()) and may_be(glass)
     if may_be(glass) and may_be(straight) and not thin:
@@ -77,7 +81,7 @@ def _principled(node: Node, reader: NodeReader) -> Surface:
         _shared(ex.times(alpha, metallic), local, ex.plus(glass, straight)),
         layered=True,
         base_color=base_color,
-        specular=_specular(node, reader, ior),
+        specular=lobes.specular(node, reader, ior),
         roughness=_roughness(node, reader),
         emission=ex.as_color(ex.times(alpha, _emitted(node, reader, "Emission Color", "Emission Strength"))),
         reflection_tint=clear if may_be(metallic) else WHITE,
@@ -85,39 +89,15 @@ def _principled(node: Node, reader: NodeReader) -> Surface:
         transmission_tint=tint if bent else WHITE,
         ior=ior if thin or bent or not may_be(straight) else 1.0,
         thin=thin,
-        **_coat_and_sheen(node, reader),
+        **film,
+        **lobes.principled_grain(node, reader, "Anisotropic", "Anisotropic Rotation"),
+        **lobes.coat_and_sheen(node, reader),
     )
-
-
-def _coat_and_sheen(node: Node, reader: NodeReader) -> dict[str, Any]:
-    """The fields of the layers that are there."""
-    fields: dict[str, Any] = {}
-    coat = number(reader, node, "Coat Weight") if node.has_input("Coat Weight") else 0.0
-    if may_be(coat):
-        fields.update(
-            coat=coat,
-            coat_roughness=_unit(number(reader, node, "Coat Roughness")),
-            coat_ior=max(reader.number(node, "Coat IOR"), 1.0),
-            coat_tint=color(reader, node, "Coat Tint"),
-        )
-    sheen = number(reader, node, "Sheen Weight") if node.has_input("Sheen Weight") else 0.0
-    if may_be(sheen):
-        fields.update(
-            sheen=sheen,
-            sheen_roughness=_unit(number(reader, node, "Sheen Roughness")),
-            sheen_tint=color(reader, node, "Sheen Tint"),
-        )
-    return fields
-
-
-def _specular(node: Node, reader: NodeReader, ior: float) -> Any:
-    """Reflectance at normal incidence, at most 1; Specular IOR Level 0.5 leaves it as the IOR has it."""
-    f0 = ex.times(((ior - 1.0) / (ior + 1.0)) ** 2 * 2.0, number(reader, node, "Specular IOR Level"))
-    return ex.as_color(ex.apply("minimum", ex.times(color(reader, node, "Specular Tint"), f0), 1.0))
 
 
 def _glass(node: Node, reader: NodeReader) -> Surface:
     tint = color(reader, node, "Color")
+    film = lobes.film(node, reader)
     return replace(
         _shared(0.0, 0.0, 1.0),
         layered=True,
@@ -125,7 +105,8 @@ def _glass(node: Node, reader: NodeReader) -> Surface:
         reflection_tint=tint,
         interface_tint=tint,
         transmission_tint=tint,
-        ior=_ior(node, reader),
+        ior=lobes.index(_ior(node, reader), film),
+        **film,
     )
 
 
@@ -138,15 +119,16 @@ def _transparent(node: Node, reader: NodeReader) -> Surface:
 
 
 def _metallic(node: Node, reader: NodeReader) -> Surface:
+    extra = {**lobes.film(node, reader), **lobes.principled_grain(node, reader, "Anisotropy", "Rotation")}
     if node.b_node.fresnel_type != "PHYSICAL_CONDUCTOR":
-        return _glossy(node, reader)
+        tints = color(reader, node, "Base Color"), color(reader, node, "Edge Tint")
+        return replace(_metal(*tints, node, reader), **extra)
     n, k = (np.maximum(tuple(reader.vector(node, name)), 0.0) for name in ("IOR", "Extinction"))
-    return _metal(*conductor_tints(n, k), node, reader)
+    return replace(_metal(*conductor_tints(n, k), node, reader), metal_ior=tuple(n.tolist()), **extra)
 
 
 def _glossy(node: Node, reader: NodeReader) -> Surface:
-    tint = color(reader, node, "Color" if node.has_input("Color") else "Base Color")
-    return _metal(tint, color(reader, node, "Edge Tint") if node.has_input("Edge Tint") else None, node, reader)
+    return replace(_metal(color(reader, node, "Color"), None, node, reader), **lobes.glossy_grain(node, reader))
 
 
 def _metal(tint: Any, edge: Any, node: Node, reader: NodeReader) -> Surface:
@@ -163,9 +145,20 @@ def _diffuse(node: Node, reader: NodeReader) -> Surface:
     return _opaque(color(reader, node, "Color"))
 
 
-def _as_diffuse(node: Node, reader: NodeReader) -> Surface:
-    reader.give_up(f"node {node.name!r} ({node.b_node.bl_label}) is traced as Diffuse BSDF")
-    return _diffuse(node, reader)
+def _translucent(node: Node, reader: NodeReader) -> Surface:
+    return replace(_diffuse(node, reader), translucent=True)
+
+
+def _sheen(node: Node, reader: NodeReader) -> Surface:
+    """Principled's sheen over nothing. EEVEE draws a Diffuse BSDF instead."""
+    sheen = {"sheen": 1.0, "sheen_tint": color(reader, node, "Color"), "sheen_roughness": _roughness(node, reader)}
+    return replace(_opaque(BLACK), layered=True, **sheen)
+
+
+def _specular_bsdf(node: Node, reader: NodeReader) -> Surface:
+    clear = _unit(number(reader, node, "Transparency"))
+    fields = {**lobes.specular_bsdf(node, reader), "roughness": _roughness(node, reader)}
+    return replace(_shared(0.0, ex.rest(clear), clear), layered=True, **fields)
 
 
 def _emission(node: Node, reader: NodeReader) -> Surface:
@@ -186,10 +179,14 @@ SHADERS: dict[str, Callable[[Node, NodeReader], Surface]] = {
     "ShaderNodeBsdfGlossy": _glossy,
     "ShaderNodeBsdfMetallic": _metallic,
     "ShaderNodeBsdfDiffuse": _diffuse,
-    "ShaderNodeBsdfTranslucent": _as_diffuse,
-    "ShaderNodeBsdfSheen": _as_diffuse,
-    "ShaderNodeBsdfToon": _as_diffuse,
-    "ShaderNodeSubsurfaceScattering": _as_diffuse,
+    "ShaderNodeBsdfTranslucent": _translucent,
+    "ShaderNodeBsdfSheen": _sheen,
+    "ShaderNodeBsdfToon": _diffuse,
+    "ShaderNodeBsdfHair": _diffuse,
+    "ShaderNodeBsdfHairPrincipled": _diffuse,
+    "ShaderNodeBsdfRayPortal": _transparent,
+    "ShaderNodeSubsurfaceScattering": _diffuse,
+    "ShaderNodeEeveeSpecular": _specular_bsdf,
     "ShaderNodeEmission": _emission,
     "ShaderNodeHoldout": _holdout,
 }

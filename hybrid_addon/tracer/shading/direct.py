@@ -66,6 +66,8 @@ def direct_light(
 
     cut : see `Cut`; None: no light is too faint.   asks_lit : which lights reach each hit is wanted.
     """
+    if scene.surfaces.translucent.any():
+        hit = hit.turned(hit.table.translucent.take(hit.surface))
     plan, color = scene.plan, hit.value("base_color")
     radiance = np.zeros(color.shape, np.float32)
     lit = np.zeros(len(hit.prim), np.uint32) if asks_lit else None
@@ -213,7 +215,8 @@ def _glossy(hit: Interaction) -> list[tuple[Index, Float32, Lobe]]:
         has_weight = weight != 0 if weight.ndim == 1 else (weight != 0).any(axis=0)
         index = select(shines & has_weight & (roughness > MIRROR_ROUGHNESS))
         if count(index, len(shines)):
-            lobe = ggx_lobe(take(hit.wo, index), take(hit.n_shading, index), take(roughness, index))
+            brushed = hit.brushed(index) if name == "lobe" else None
+            lobe = ggx_lobe(take(hit.wo, index), take(hit.n_shading, index), take(roughness, index), brushed)
             found.append((index, take(weight, index), lobe))
     return found
 

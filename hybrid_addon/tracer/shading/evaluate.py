@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...expressions import Evaluation
 from ...scene import Float32, Float64, Surface
+from ..core.constants import LEAST_COSINE
 from ..core.rays import Rays
 from ..core.sampler import Draws
 from ..core.vectors import ALL, Array, Index, dot, flatnonzero, take, write
@@ -50,7 +51,7 @@ def resolve(geometry: Geometry, at: Interaction, distance: Float64) -> Interacti
     n_shading = _turned(assigned, at.n_shading)
     cos = np.maximum(dot(at.wo, n_shading), 0)  # one that looks away from the eye is seen edge on
     values = _with_expressions(at.table, assigned, at.table.tabulated.look_up(at.surface, cos), cos)
-    return replace(at, values=values, n_shading=n_shading)
+    return replace(at, values=values, n_shading=n_shading, tangent=_tangents(assigned, n_shading))
 
 
 def resolve_crossings(
@@ -106,6 +107,26 @@ def _turned(assigned: list[_HitGroup], n_shading: Float32) -> Float32:
         assert one.surface.normal is not None
         write(result, one.hits, one.data.unit_normal(one.evaluate(one.surface.normal)))
     return result
+
+
+def _tangents(assigned: list[_HitGroup], n_shading: Float32) -> Float32 | None:
+    """Unit vectors (3, n) along brushed surfaces, 0 where there is none; None: no surface is brushed."""
+    brushed = [one for one in assigned if one.surface.tangent is not None]
+    result = np.zeros_like(n_shading) if brushed else None
+    for one in brushed:
+        assert one.surface.tangent is not None and result is not None
+        write(result, one.hits, _along(one.evaluate(one.surface.tangent)[:3], take(n_shading, one.hits)))
+    return result
+
+
+def _along(vector: Array, n: Float32) -> Float32:
+    """Unit vectors (3, m): the part of `vector` (3, m or 1) in the plane of normals n, 0 where there is none."""
+    along = np.broadcast_to(vector, n.shape).astype(np.float64)
+    along = along / np.maximum(np.abs(along).max(axis=0), np.finfo(np.float32).tiny)
+    along = along - n * dot(along, n)
+    length = np.sqrt(dot(along, along))
+    found = np.isfinite(length) & (length > LEAST_COSINE)
+    return np.where(found, along / np.where(found, length, 1), 0).astype(np.float32)
 
 
 def _with_expressions(

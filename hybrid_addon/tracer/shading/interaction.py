@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -41,6 +41,7 @@ class Interaction:
     outer       : (3, n) float32, origin of new rays on the side of wo
     media       : (rows, n) int32, solids around the hit on the side of wo; None: nothing absorbs shadow rays
     draws       : its random numbers; None: shadows are hard
+    tangent     : (3, n) float32 unit vectors along brushed surfaces, 0 on others; None: all are round
     sides       : the media around hits where more than one surface is passed; None: nowhere
     """
 
@@ -59,6 +60,7 @@ class Interaction:
     media: NDArray[np.int32] | None = None
     draws: Draws | None = None
     sides: Sides | None = None
+    tangent: Float32 | None = None
 
     @cached_property
     def cos_o(self) -> Float32:
@@ -84,6 +86,27 @@ class Interaction:
         """Origins (3, m) of new rays on the far side, for the hits `index`."""
         return offset_origin(take(self.point, index), take(self.n_geometric, index), -take(self.offset, index))
 
+    def brushed(self, index: Index) -> tuple[Float32, Float32] | None:
+        """Tangents (3, m) and stretches (m,) of the hits `index`; None: all are round."""
+        if self.tangent is None:
+            return None
+        return take(self.tangent, index), self.value("stretch", index)
+
+    def turned(self, over: NDArray[np.bool_]) -> Interaction:
+        """The hits with those `over` (n,) as seen from the other side: what falls there lights them."""
+        if not over.any():
+            return self
+        side = np.where(over, np.float32(-1), np.float32(1))
+        n_geometric = self.n_geometric * side
+        flat = self.n_shading is self.n_geometric
+        return replace(
+            self,
+            entering=self.entering ^ over,
+            n_geometric=n_geometric,
+            n_shading=n_geometric if flat else self.n_shading * side,
+            outer=np.where(over, self.inner(ALL), self.outer),
+        )
+
     def take(self, index: Index) -> Interaction:
         """The hits `index`, in that order."""
         if isinstance(index, slice) and index == slice(None):
@@ -106,6 +129,7 @@ class Interaction:
             media=None if self.media is None else take(self.media, index),
             draws=None if self.draws is None else self.draws.take(index),
             sides=None if self.sides is None else self.sides.take(index),
+            tangent=None if self.tangent is None else take(self.tangent, index),
         )
 
 

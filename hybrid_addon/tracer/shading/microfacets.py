@@ -23,7 +23,7 @@ from ...scene import Float32, Float64
 from ..core.constants import FAINT, LEAST_COSINE, MICROFACET_TRIES, MIRROR_ROUGHNESS
 from ..core.rays import Rays
 from ..core.sampler import Draws, hash32
-from ..core.vectors import Array, dot, flatnonzero, largest_component, normalize, orthonormal_basis
+from ..core.vectors import Array, cross, dot, flatnonzero, largest_component, normalize, orthonormal_basis
 from ..materials.principled import masking
 from ..prepare.compiled import CompiledScene
 from .interaction import Interaction
@@ -31,6 +31,7 @@ from .scattering import reflect, reflecting_normal
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
+Brushed = tuple[Float32, Float32]
 
 FACET, LOBE, TRY = np.uint32(0x52D3F1A7), np.uint32(0x1B56C4E9), np.uint32(0x9D2C5681)
 """Dimensions of the sampler; each try has one of its own."""
@@ -102,8 +103,11 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Sa
     facing = flatnonzero(wide & (roughness > MIRROR_ROUGHNESS) & (dot(at.wo, normals) > 0))
     normals = np.where(wide, normals, at.n_shading)
     redraw = (at.value("interface") == 0).take(facing)
+    brushed = at.brushed(facing)
+    if brushed is not None:  # coats are round
+        brushed = brushed[0], np.where(is_coat[facing], np.float32(1), brushed[1])
     normals[:, facing] = _microfacets(
-        at.wo[:, facing], normals[:, facing], roughness[facing] ** 2, redraw, draws.take(facing)
+        at.wo[:, facing], normals[:, facing], roughness[facing] ** 2, redraw, draws.take(facing), brushed
     )
     at = replace(at, n_shading=normals)
     is_rough = wide & (roughness > MIRROR_ROUGHNESS)
@@ -136,36 +140,66 @@ def _repeated(
     return rays, replace(at, draws=draws), t[index], index, is_last
 
 
-def _microfacets(wo: Float32, n: Float32, alpha: Float32, redraw: Bools, draws: Draws) -> Float32:
+def _microfacets(
+    wo: Float32, n: Float32, alpha: Float32, redraw: Bools, draws: Draws, brushed: Brushed | None
+) -> Float32:  # fmt: skip
     """Normals (3, m) of microfacets of surfaces of normals n that are seen from wo.
 
-    redraw : (m,) bool, draw again while another microfacet catches what is reflected.
+    redraw : (m,) bool, draw again while another microfacet catches what is reflected.   brushed : see `visible_normal`.
     """
     result = np.empty_like(wo)
     left: Numbers = np.arange(wo.shape[1])
     for number in range(MICROFACET_TRIES):
         some, salt = draws.take(left), np.uint32(number)
-        h = visible_normal(wo[:, left], n[:, left], alpha[left], some.square(FACET + salt))
+        ways = None if brushed is None else (brushed[0][:, left], brushed[1][left])
+        h = visible_normal(wo[:, left], n[:, left], alpha[left], some.square(FACET + salt), ways)
         result[:, left] = h
-        cosine = dot(reflect(wo[:, left], h), n[:, left])
-        passes = np.where(cosine > 0, masking(np.maximum(cosine, np.float32(LEAST_COSINE)), alpha[left]), 0)
+        wi = reflect(wo[:, left], h)
+        cosine, width = dot(wi, n[:, left]), alpha[left]
+        if ways is not None:
+            width = _width(wi, n[:, left], width, ways)
+        passes = np.where(cosine > 0, masking(np.maximum(cosine, np.float32(LEAST_COSINE)), width), 0)
         left = left[redraw[left] & (some.square(TRY + salt)[0] >= passes)]
         if len(left) == 0:
             break
     return result
 
 
-def visible_normal(wo: Float32, n: Float32, alpha: Float32, square: tuple[Float32, Float32]) -> Float32:
-    """Normals (3, m) of microfacets of GGX that are seen from wo, which lies above n: by points of the unit square."""
+def _frame(n: Float32, alpha: Float32, brushed: Brushed | None) -> tuple[Float32, Float32, Float32, Float32]:
+    """Tangents and bitangents (3, m), and GGX's alpha (m,) along each."""
     tangent, bitangent = orthonormal_basis(n)
-    x, y, z = dot(wo, tangent) * alpha, dot(wo, bitangent) * alpha, dot(wo, n)
+    if brushed is None:
+        return tangent, bitangent, alpha, alpha
+    grooves = brushed[0].any(axis=0)
+    tangent, bitangent = np.where(grooves, brushed[0], tangent), np.where(grooves, cross(n, brushed[0]), bitangent)
+    stretch: Float32 = np.where(grooves, brushed[1], np.float32(1))
+    return tangent, bitangent, np.asarray(alpha / stretch, np.float32), np.asarray(alpha * stretch, np.float32)
+
+
+def _width(w: Float32, n: Float32, alpha: Float32, brushed: Brushed) -> Float32:
+    """GGX's alpha (m,) as Smith's masking sees it from directions w (3, m)."""
+    tangent, bitangent, along, across = _frame(n, alpha, brushed)
+    x, y = dot(w, tangent), dot(w, bitangent)
+    sin2 = np.maximum(x * x + y * y, np.float32(LEAST_COSINE**2))
+    return np.asarray(np.sqrt(((along * x) ** 2 + (across * y) ** 2) / sin2), np.float32)
+
+
+def visible_normal(
+    wo: Float32, n: Float32, alpha: Float32, square: tuple[Float32, Float32], brushed: Brushed | None = None
+) -> Float32:
+    """Normals (3, m) of microfacets of GGX that are seen from wo, which lies above n: by points of the unit square.
+
+    brushed : tangents (3, m), unit vectors or 0, and stretches (m,) (scene.Surface); None: all are round.
+    """
+    tangent, bitangent, along, across = _frame(n, alpha, brushed)
+    x, y, z = dot(wo, tangent) * along, dot(wo, bitangent) * across, dot(wo, n)
     length = np.sqrt(x * x + y * y + z * z)
     x, y, z = x / length, y / length, z / length
     phi: Array = np.float32(2 * np.pi) * square[0]
     cap = 1 - square[1] * (1 + z)  # from 1 down to -z
     sin = np.sqrt(np.maximum(1 - cap * cap, 0))
     hx, hy, hz = sin * np.cos(phi) + x, sin * np.sin(phi) + y, np.maximum(cap + z, np.float32(0))
-    return normalize(tangent * (hx * alpha) + bitangent * (hy * alpha) + n * hz).astype(np.float32, copy=False)
+    return normalize(tangent * (hx * along) + bitangent * (hy * across) + n * hz).astype(np.float32, copy=False)
 
 
 def are_blurred(scene: CompiledScene, at: Interaction) -> Bools | None:

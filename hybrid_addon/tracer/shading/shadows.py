@@ -22,7 +22,7 @@ from ..media.nested import Stack, transmittance
 from ..prepare.compiled import CompiledScene, ShadowCasters
 from .evaluate import resolve_crossings
 from .interaction import Interaction, shadow_origin
-from .scattering import both_faces, fresnel_dielectric, simple_caustic
+from .scattering import both_faces, fresnel_dielectric, simple_caustic, with_film
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -273,6 +273,9 @@ def _passed(scene: CompiledScene, prim: Numbers, hits: Hits, origin: Float32, d:
     ior = table.ior.take(surface)
     thin = scene.media.is_thin(prim)
     once = fresnel_dielectric(cos.astype(np.float32), ior.astype(np.float32))
+    if table.filmed.any():
+        filmed, outside = flatnonzero(table.filmed.take(surface)), np.ones(len(prim), bool)
+        once = with_film(once, filmed, np.minimum(cos, 1.0), ior, outside, ior, seen)
     fresnel, tint = both_faces(once, seen.value("tint", ALL), thin)
     share = seen.value("interface", ALL) * (1 - fresnel)
     if scene.settings.caustics == "SIMPLE":

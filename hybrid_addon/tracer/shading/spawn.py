@@ -19,7 +19,16 @@ from ..film.samples import SampleBuffer
 from ..prepare.compiled import CompiledScene
 from .interaction import Interaction
 from .microfacets import are_blurred, roughen
-from .scattering import both_faces, fresnel_dielectric, keep_outside, mirrored, reflect, reflecting_normal, refract
+from .scattering import (
+    both_faces,
+    fresnel_dielectric,
+    keep_outside,
+    mirrored,
+    reflect,
+    reflecting_normal,
+    refract,
+    with_film,
+)
 
 Bools = NDArray[np.bool_]
 
@@ -113,6 +122,9 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
         relative[~take(is_optical, optical)] = 1.0
         cos_i[optical], eta[optical] = cosine, relative
         fresnel[optical] = fresnel_dielectric(cosine, relative)
+        if scene.surfaces.filmed.any():
+            filmed = flatnonzero(is_optical & at.table.filmed.take(at.surface))
+            fresnel = with_film(fresnel, filmed, cos_i, eta, outside, at.table.ior.take(at.surface), at.values)
     bends = eta != 1
     if thin is not None:
         fresnel, tint = both_faces(fresnel, tint, thin)

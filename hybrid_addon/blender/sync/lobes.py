@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Groups of inputs of shader nodes, as fields of scene.Surface: highlights, coats, sheens, thin films, brushed metal.
+
+EEVEE ignores the last two; they are Cycles' (kernel/svm/closure.h).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from ... import expressions as ex
+from ...scene import Expression
+from .nodes import Node
+from .texture import NodeReader
+from .values import NORMAL, color, number, vector
+
+FILMS_ON_METAL = bpy.app.version >= (5, 0, 0)
+"""Blender 4.5 has films on dielectrics alone."""
+STEEPEST = 0.99
+"""Glossy's anisotropy is at most this."""
+LEAST_STEP = 2.0**-20
+"""An IOR of 1 below a film counts as this much more: exactly 1 means nothing is there, but a soap bubble reflects."""
+
+
+def film(node: Node, reader: NodeReader) -> dict[str, Any]:
+    """Of the thin film, if there is one."""
+    if not node.has_input("Thin Film Thickness"):
+        return {}
+    thickness = number(reader, node, "Thin Film Thickness")
+    if not isinstance(thickness, Expression) and thickness <= 0.0:
+        return {}
+    return {"film": thickness, "film_ior": number(reader, node, "Thin Film IOR")}
+
+
+def index(ior: float, film: dict[str, Any]) -> float:
+    """The IOR of what is below a film."""
+    return 1.0 + LEAST_STEP if film and ior == 1.0 else ior
+
+
+def principled_grain(node: Node, reader: NodeReader, anisotropy: str, rotation: str) -> dict[str, Any]:
+    """Of an anisotropy of 0 to 1, as Principled and Metallic have it: alpha x aspect across, / aspect along."""
+    share = ex.clamped(number(reader, node, anisotropy))
+    return _grain(node, reader, rotation, ex.apply("root", ex.rest(ex.times(0.9, share))) if share != 0.0 else 1.0)
+
+
+def glossy_grain(node: Node, reader: NodeReader) -> dict[str, Any]:
+    """Of Glossy's from -1 to 1: alpha (1 - a) along and / (1 - a) across; below 0 / (1 + a) and (1 + a)."""
+    share = ex.apply("clamp", number(reader, node, "Anisotropy"), -STEEPEST, STEEPEST)
+    above, below = ex.rest(ex.apply("maximum", share, 0.0)), ex.plus(1.0, ex.apply("minimum", share, 0.0))
+    return _grain(node, reader, "Rotation", ex.apply("divide", below, above) if share != 0.0 else 1.0)
+
+
+def _grain(node: Node, reader: NodeReader, rotation: str, stretch: Any) -> dict[str, Any]:
+    if stretch == 1.0:
+        return {}
+    tangent, turns = _tangent(node, reader), number(reader, node, rotation)
+    if turns != 0.0:
+        tangent = ex.apply("turned_about", tangent, 0.0, NORMAL, ex.times(6.283185307179586, turns))
+    return {"stretch": stretch, "tangent": tangent}
+
+
+def _tangent(node: Node, reader: NodeReader) -> Any:
+    """What is linked to the Tangent, else the direction around the object's Z axis (Cycles, primitive_tangent)."""
+    if node.input("Tangent").node() is not None:
+        given = vector(reader, node, "Tangent")
+        if isinstance(given, Expression):
+            return given
+        return ex.apply("add", ex.apply("multiply", NORMAL, 0.0), given)
+    return ex.apply("first_three", Expression("attribute", (), "around:Z"))
+
+
+# ------------------------------------------------------------------------------------------------ other layers
+
+
+def specular(node: Node, reader: NodeReader, ior: float) -> Any:
+    """Reflectance at normal incidence, at most 1; Specular IOR Level 0.5 leaves it as the IOR has it."""
+    f0 = ex.times(((ior - 1.0) / (ior + 1.0)) ** 2 * 2.0, number(reader, node, "Specular IOR Level"))
+    return ex.as_color(ex.apply("minimum", ex.times(color(reader, node, "Specular Tint"), f0), 1.0))
+
+
+def coat_and_sheen(node: Node, reader: NodeReader) -> dict[str, Any]:
+    """The fields of the layers that are there."""
+    fields: dict[str, Any] = {}
+    coat = number(reader, node, "Coat Weight")
+    if isinstance(coat, Expression) or coat > 0.0:
+        fields.update(
+            coat=coat,
+            coat_roughness=ex.clamped(number(reader, node, "Coat Roughness")),
+            coat_ior=max(reader.number(node, "Coat IOR"), 1.0),
+            coat_tint=color(reader, node, "Coat Tint"),
+        )
+    sheen = number(reader, node, "Sheen Weight")
+    if isinstance(sheen, Expression) or sheen > 0.0:
+        fields.update(
+            sheen=sheen,
+            sheen_roughness=ex.clamped(number(reader, node, "Sheen Roughness")),
+            sheen_tint=color(reader, node, "Sheen Tint"),
+        )
+    return fields
+
+
+def specular_bsdf(node: Node, reader: NodeReader) -> dict[str, Any]:
+    """EEVEE's Specular BSDF (gpu_shader_material_eevee_specular.glsl); its coat counts a quarter."""
+    fields: dict[str, Any] = {
+        "base_color": color(reader, node, "Base Color"),
+        "specular": ex.as_color(ex.clamped(color(reader, node, "Specular"))),
+        "emission": color(reader, node, "Emissive Color"),
+        "ior": 1.0,
+    }
+    coat = ex.clamped(number(reader, node, "Clear Coat"))
+    if coat != 0.0:
+        roughness = ex.clamped(number(reader, node, "Clear Coat Roughness"))
+        fields |= {"coat": ex.times(0.25, coat), "coat_roughness": roughness}
+    return fields
