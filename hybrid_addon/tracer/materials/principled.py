@@ -118,10 +118,14 @@ def metal_reflectance(f0: Float64, edge: Float64 | None, sums: Float64) -> Float
     """Albedo (3, n) of a metal: Schlick's, less a (1 - edge tint) of itself at 82 degrees; None: f0 at all angles."""
     if edge is None:
         return reflectance(f0, f0, sums)
-    schlick = 1 + (f0 - 1) * (1 - (1 - EDGE_COSINE) ** 5)
-    excess = schlick * (1 - edge) / (EDGE_COSINE * (1 - EDGE_COSINE) ** 6)
+    excess = _at_the_edge(f0, 1.0) * (1 - edge) / (EDGE_COSINE * (1 - EDGE_COSINE) ** 6)
     result: Float64 = np.clip(reflectance(f0, 1.0, sums) - excess * sums[2], 0, 1)
     return result
+
+
+def _at_the_edge(f0: Float64, edge: Float64 | float | None) -> Float64:
+    """Reflectance (3, n) of a metal at 82 degrees."""
+    return f0 if edge is None else edge * (1 + (f0 - 1) * (1 - (1 - EDGE_COSINE) ** 5))
 
 
 def normal_reflectance(ior: Float64) -> Float64:
@@ -208,7 +212,7 @@ def layered_columns(f: Fields, cos: Float64) -> Float32:
         color, edge = f["reflection_tint"], f.get("edge_tint")
         reflected = metal_reflectance(color, edge, sums)
         if film is not None:
-            reflected = film.over(reflected, *metal_index(color, 1.0 if edge is None else edge, f.get("metal_ior")))
+            reflected = film.over(reflected, *metal_index(color, _at_the_edge(color, edge), f.get("metal_ior")))
         lobe = under * metal * reflected
     passed = f["transmission_tint"]
     if (f["pane_ior"] != 1).any():

@@ -26,6 +26,8 @@ from ..prepare.compiled import CompiledScene
 from .crossings import with_sides
 from .hit_data import HitData
 from .interaction import Interaction, interact
+from .microfacets import brushed_share
+from .scattering import above
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -51,7 +53,9 @@ def resolve(geometry: Geometry, at: Interaction, distance: Float64) -> Interacti
     n_shading = _turned(assigned, at.n_shading)
     cos = np.maximum(dot(at.wo, n_shading), 0)  # one that looks away from the eye is seen edge on
     values = _with_expressions(at.table, assigned, at.table.tabulated.look_up(at.surface, cos), cos)
-    return replace(at, values=values, n_shading=n_shading, tangent=_tangents(assigned, n_shading))
+    at = replace(at, values=values, n_shading=n_shading)
+    tangent = _tangents(assigned, n_shading)
+    return at if tangent is None else _brushed(at, tangent)
 
 
 def resolve_crossings(
@@ -117,6 +121,21 @@ def _tangents(assigned: list[_HitGroup], n_shading: Float32) -> Float32 | None:
         assert one.surface.tangent is not None and result is not None
         write(result, one.hits, _along(one.evaluate(one.surface.tangent)[:3], take(n_shading, one.hits)))
     return result
+
+
+def _brushed(at: Interaction, tangent: Float32) -> Interaction:
+    """The hits with their grooves, and the light that is lost in these."""
+    at = replace(at, tangent=tangent)
+    index = flatnonzero(tangent.any(axis=0))
+    brushed = at.brushed(index)
+    if brushed is None or len(index) == 0:
+        return at
+    n = at.n_shading[:, index]
+    wo, _ = above(at.wo[:, index], n, at.cos_o[index])
+    share = np.ones(tangent.shape, np.float32)
+    share[:, index] = brushed_share(wo, n, at.value("lobe_roughness", index), brushed)
+    factors = {**at.values.factors, "mirror": share, "lobe_blurred": share}
+    return replace(at, values=replace(at.values, factors=factors))
 
 
 def _along(vector: Array, n: Float32) -> Float32:

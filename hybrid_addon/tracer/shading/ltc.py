@@ -7,6 +7,11 @@ lamp under the inverse matrix (`form_factors`). EEVEE does the same, so both hal
 
 The table is our own (tools/fit_ltc.py): the lobe's mean direction as an angle off the mirror's, and the matrix, all
 over alpha.
+
+Of brushed surfaces there is no table, nor does EEVEE draw them. Slopes p, q of GGX's microfacets over their alphas are
+distributed as a clamped cosine is over its tangent plane, 1 / (pi (1 + p^2 + q^2)^2), and the half vector (p, q, 1)
+reflects the eye to 2 (wo.h) h - (h.h) wo. Its tangent where h leads to the middle of a lamp makes a linearly
+transformed cosine for this lamp alone: exact for small ones, wherever in the lobe they are.
 """
 
 from __future__ import annotations
@@ -20,9 +25,7 @@ import numpy as np
 from ...scene import Float32, Float64
 from ..core.constants import LEAST_COSINE
 from ..core.vectors import Array, cross, dot, orthonormal_basis
-
-LEAST_LOBE = 1e-6
-"""A stretched lobe is at least this thin, squared: of stretches of a thousand rounding leaves nothing."""
+from ..materials.principled import albedos, masking
 
 
 @cache
@@ -36,7 +39,7 @@ def _table() -> Float64:
 class Lobe:
     """GGX lobes of n hits, as clamped cosines around the axis `z` of a frame, stretched by m11, m22, m13.
 
-    x, y, z : (3, n) float64 unit vectors.   m11, m22, m13, m23 : (n,) float64; m23 None: 0 everywhere.
+    x, y, z : (3, n) float64 unit vectors.   m11, m22, m13 : (n,) float64.
     """
 
     x: Float64
@@ -45,23 +48,95 @@ class Lobe:
     m11: Float64
     m22: Float64
     m13: Float64
-    m23: Float64 | None = None
 
     def untransformed(self, a: Float64) -> Float64:
         """Vectors (3, n) where the lobe is a cosine around +Z."""
         z = dot(self.z, a)
-        y = dot(self.y, a) if self.m23 is None else dot(self.y, a) - self.m23 * z
-        return np.stack([(dot(self.x, a) - self.m13 * z) / self.m11, y / self.m22, z])
+        return np.stack([(dot(self.x, a) - self.m13 * z) / self.m11, dot(self.y, a) / self.m22, z])
 
 
-def ggx_lobe(wo: Float32, n: Float32, roughness: Float32, brushed: tuple[Float32, Float32] | None = None) -> Lobe:
-    """Lobes of surfaces of normals n (3, n) and a roughness (n,) > 0, seen along wo (3, n); from below as edge on.
+STEEPEST_FACET = 0.05
+"""Cosine of the steepest microfacets (87 degrees) that lobes are made around: those that would have to be steeper to
+show a lamp, which is below the horizon then, would make spikes of rounding."""
 
-    brushed : tangents (3, n) of unit length along the surface, or 0, and stretches (n,) (scene.Surface); None: all are
-    round. There is no table of such lobes. A microfacet that tilts by p towards the eye and q across turns the mirror's
-    direction by m11 / alpha and m22 / alpha times that, as far as it is linear; so a round lobe is stretched as the
-    tilts of its microfacets are, each axis with the round lobe's numbers at its own width.
+Brushed = tuple[Float32, Float32]
+"""Tangents (3, n) along surfaces, unit vectors or 0, and how their reflections are stretched (n,) (scene.Surface)."""
+
+
+def groove_frame(n: Float32, alpha: Float32, brushed: Brushed | None) -> tuple[Float32, Float32, Float32, Float32]:
+    """Tangents and bitangents (3, n), and GGX's alpha (n,) along each; None: any, and the same."""
+    tangent, bitangent = orthonormal_basis(n)
+    if brushed is None:
+        return tangent, bitangent, alpha, alpha
+    grooves = brushed[0].any(axis=0)
+    tangent, bitangent = np.where(grooves, brushed[0], tangent), np.where(grooves, cross(n, brushed[0]), bitangent)
+    stretch: Float32 = np.where(grooves, brushed[1], np.float32(1))
+    return tangent, bitangent, np.asarray(alpha / stretch, np.float32), np.asarray(alpha * stretch, np.float32)
+
+
+def alpha_from(w: Array, frame: tuple[Array, Array, Array, Array]) -> Array:
+    """GGX's alpha (n,) as Smith's masking sees it from directions w (3, n), in a `groove_frame`."""
+    tangent, bitangent, along, across = frame
+    x, y = dot(w, tangent), dot(w, bitangent)
+    sin2 = np.maximum(x * x + y * y, w.dtype.type(LEAST_COSINE**2))
+    return np.asarray(np.sqrt(((along * x) ** 2 + (across * y) ** 2) / sin2))
+
+
+@dataclass(frozen=True, eq=False)
+class LampLobe:
+    """Lobes of n brushed hits as clamped cosines, for one lamp.
+
+    rows : three of (3, n) float64, the inverse of the matrix.   weight : (n,) float64, of the cosine.
     """
+
+    rows: tuple[Float64, Float64, Float64]
+    weight: Float64
+
+    def untransformed(self, a: Float64) -> Float64:
+        """Vectors (3, n) where the lobe is a cosine around +Z."""
+        return np.stack([dot(row, a) for row in self.rows])
+
+
+@dataclass(frozen=True, eq=False)
+class BrushedLobe:
+    """n brushed hits: wo, n (3, n), roughness (n,), float32, and how they are brushed."""
+
+    wo: Float32
+    n: Float32
+    roughness: Float32
+    brushed: Brushed
+
+    def towards(self, wi: Float32) -> LampLobe:
+        """Their lobes for lamps whose middles lie along wi (3, n)."""
+        tangent, bitangent, along, across = (
+            a.astype(np.float64) for a in groove_frame(self.n, self.roughness**2, self.brushed)
+        )
+        frame = tangent, bitangent, along, across
+        eye, n, lamp = (a.astype(np.float64) for a in (self.wo, self.n, wi))
+        half = eye + lamp
+        up = np.maximum(dot(half, n), STEEPEST_FACET * np.maximum(np.sqrt(dot(half, half)), LEAST_COSINE))
+        p, q = dot(half, tangent) / up, dot(half, bitangent) / up
+        half = p * tangent + q * bitangent + n
+        facing, length2 = dot(eye, half), 1 + p * p + q * q
+        by_p, by_q = (
+            2 * (dot(eye, way) * half + facing * way - slope * eye) for way, slope in ((tangent, p), (bitangent, q))
+        )
+        third = 2 * facing * half - length2 * eye - p * by_p - q * by_q
+        first, second = along * by_p, across * by_q
+        rows = cross(second, third), cross(third, first), cross(first, second)
+        volume = dot(first, rows[0])
+        # A cosine is the same mirrored: what turns around as a mirror does is mirrored back.
+        turned = (rows[0] * np.sign(volume), rows[1], rows[2] * np.sign(volume))
+        size = np.where(volume != 0, 1 / np.where(volume != 0, np.abs(volume), 1), 0)
+        cos_o, cos_i = (np.maximum(dot(a, n), LEAST_COSINE) for a in (eye, lamp))
+        seen = [masking(cos, alpha_from(w, frame)) for cos, w in ((cos_o, eye), (cos_i, lamp))]
+        sums = albedos(cos_o, self.roughness)
+        weight = seen[0] * seen[1] * facing / (cos_o * (sums[0] + sums[1]))
+        return LampLobe((turned[0] * size, turned[1] * size, turned[2] * size), weight)
+
+
+def ggx_lobe(wo: Float32, n: Float32, roughness: Float32) -> Lobe:
+    """Lobes of surfaces of normals n (3, n) and a roughness (n,) > 0, seen along wo (3, n); from below as edge on."""
     normal, eye = n.astype(np.float64), wo.astype(np.float64)
     cos = np.clip(dot(normal, eye), LEAST_COSINE, 1)
     across = eye - normal * dot(normal, eye)
@@ -69,48 +144,14 @@ def ggx_lobe(wo: Float32, n: Float32, roughness: Float32, brushed: tuple[Float32
     any_tangent, _ = orthonormal_basis(normal)
     tangent = np.where(sin > LEAST_COSINE, across / np.maximum(sin, LEAST_COSINE), any_tangent)
     alpha = roughness.astype(np.float64) ** 2
-    spread = None if brushed is None else _spread(alpha, brushed, tangent, cross(normal, tangent))
-    if spread is None:
-        tilt, m11, m22, m13 = _look_up(cos, roughness) * alpha
-    else:
-        along, across = np.sqrt(spread[0]), np.sqrt(spread[2])
-        tilt, m11, _, m13 = _look_up(cos, np.sqrt(along)) * along
-        m22 = _look_up(cos, np.sqrt(across))[2] * across
+    tilt, m11, m22, m13 = _look_up(cos, roughness) * alpha
     # From the mirror's direction, which is as far from the normal as the eye, on the other side.
     angle = np.arctan2(sin, cos) + tilt
     sin, cos = np.sin(angle), np.cos(angle)
-    x, y, z = -cos * tangent - sin * normal, cross(normal, tangent), cos * normal - sin * tangent
-    if spread is None:
-        return Lobe(x, y, z, m11, m22, m13)
-    return _turned(Lobe(x, y, z, m11, m22, m13), spread)
+    return Lobe(-cos * tangent - sin * normal, cross(normal, tangent), cos * normal - sin * tangent, m11, m22, m13)
 
 
-def _spread(
-    alpha: Float64, brushed: tuple[Float32, Float32], towards: Float64, aside: Float64
-) -> tuple[Float64, Float64, Float64]:
-    """Variances (n,) of the tilts of microfacets towards the eye and aside, and between them their covariance."""
-    tangent, stretch = (a.astype(np.float64) for a in brushed)
-    along, across = (alpha / stretch) ** 2, (alpha * stretch) ** 2
-    c, s = dot(tangent, towards), dot(tangent, aside)
-    round_ = c * c + s * s == 0  # no tangent: nothing is stretched
-    c, along, across = (np.where(round_, a, b) for a, b in ((1.0, c), (alpha**2, along), (alpha**2, across)))
-    return along * c * c + across * s * s, (along - across) * c * s, along * s * s + across * c * c
-
-
-def _turned(lobe: Lobe, spread: tuple[Float64, Float64, Float64]) -> Lobe:
-    """The lobe with its axes turned about z to those of the covariance of directions: a tilt to the eye is along -x."""
-    shared = -spread[1] / np.sqrt(spread[0] * spread[2]) * lobe.m11 * lobe.m22
-    first, last = lobe.m11**2, lobe.m22**2
-    middle, half = 0.5 * (first + last), 0.5 * (first - last)
-    apart = np.sqrt(half * half + shared * shared)
-    angle = 0.5 * np.arctan2(shared, half)
-    c, s = np.cos(angle), np.sin(angle)
-    least = LEAST_LOBE * middle  # of a lobe that is a line
-    m11, m22 = np.sqrt(middle + apart), np.sqrt(np.maximum(middle - apart, least))
-    return Lobe(c * lobe.x + s * lobe.y, c * lobe.y - s * lobe.x, lobe.z, m11, m22, c * lobe.m13, -s * lobe.m13)
-
-
-def _look_up(cos: Float64, roughness: Float32 | Float64) -> Float64:
+def _look_up(cos: Float64, roughness: Float32) -> Float64:
     """(4, n) of the table, bilinear."""
     table = _table()
     last = table.shape[1] - 1
