@@ -282,8 +282,10 @@ def reads(surface: Surface) -> set[str]:
 
 
 def expressions_of(surface: Surface) -> list[Expression]:
-    """All that its fields are made of."""
-    return list(walk(*(getattr(surface, field.name) for field in fields(surface))))
+    """All that its fields, and the weights and fields of its closures, are made of."""
+    parts = [surface, *(closure.surface for closure in surface.closures)]
+    values = [getattr(part, field.name) for part in parts for field in fields(part)]
+    return list(walk(*values, *(closure.weight for closure in surface.closures)))
 
 
 def walk(*values: object) -> Iterator[Expression]:

@@ -27,7 +27,7 @@ from .film import Film, Raster, Settings
 from .geometry import Instance, Plane, Sphere, TriangleMesh, Visibility
 from .lights import AreaLight, Arriving, Light, PlacedLight, PointLight, SpotLight, SunLight, World, WorldSun
 from .numbers import BLACK, RGB, WHITE, Float32, Float64, Int32
-from .surfaces import Color, Expression, Number, Surface, Texture, Value
+from .surfaces import Closure, Color, Expression, Number, Surface, Texture, Value
 
 __all__ = [
     "BLACK",
@@ -36,6 +36,7 @@ __all__ = [
     "AreaLight",
     "Arriving",
     "Camera",
+    "Closure",
     "Color",
     "Expression",
     "Film",

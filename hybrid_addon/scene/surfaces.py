@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Surfaces, and the textures and expressions that vary over them. Conventions: see the package."""
+"""Surfaces, their closures, and the textures and expressions that vary over them. Conventions: see the package."""
 
 from __future__ import annotations
 
@@ -96,6 +96,8 @@ class Surface:
                          absorb light are there: by them rays leave.
     shadow_culled      : the same for shadow rays: what a light sees the back of is not in its way.
     approximate        : the translator could not follow all that it is made of: what the raster shows of it is nearer.
+    closures           : what it is the weighted sum of; then of its own fields only `name`, `absorption`, `culled`,
+                         `shadow_culled` and `approximate` count. None: it is a single closure, which the fields tell.
     """
 
     name: str = ""
@@ -109,7 +111,7 @@ class Surface:
     reflection_tint: Color = WHITE
     opacity: Number = 1.0
     transmission_tint: Color = WHITE
-    ior: float = 1.45
+    ior: Number = 1.45
     interface_tint: Color = WHITE
     normal: Expression | None = None
     layered: bool = False
@@ -132,3 +134,16 @@ class Surface:
     culled: bool = False
     shadow_culled: bool = False
     approximate: bool = False
+    closures: tuple[Closure, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Closure:
+    """One of the closures that a surface is the sum of.
+
+    weight  : what all of its light is multiplied by, >= 0; Mix Shader shares 1 out, Add Shader gives 1 to each.
+    surface : what it does; no sum itself.
+    """
+
+    weight: Number | RGB
+    surface: Surface

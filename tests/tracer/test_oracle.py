@@ -8,10 +8,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hybrid_addon.scene import Expression, PointLight, Settings, Sphere, SunLight, Surface, Texture, World
+from hybrid_addon.scene import Closure, Expression, PointLight, Settings, Sphere, SunLight, Surface, Texture, World
 from hybrid_addon.tracer import trace
 
 TINY = 1e-9  # float64: scenes are about 10 m, errors about 1e-15 of that
+
+
+def closures(surface):
+    """Its weighted closures, or itself."""
+    return [(c.weight, c.surface) for c in surface.closures] or [(1.0, surface)]
 
 
 class Oracle:
@@ -26,15 +31,16 @@ class Oracle:
             triangles.append(v[mesh.triangles])
             self.body += [len(self.size)] * len(mesh.triangles)
             s = scene.surfaces[i.surfaces[0]]
-            clear = s.opacity < 1 and s.reflectivity < 1 and len(mesh.vertices) == 8  # a box, not a sheet
-            self.size.append(np.linalg.norm(v.max(0) - v.min(0)) if clear else None)
+            clear = any(c.opacity < 1 and c.reflectivity < 1 for _, c in closures(s)) and len(mesh.vertices) == 8
+            self.size.append(np.linalg.norm(v.max(0) - v.min(0)) if clear else None)  # a box, not a sheet
             self.matter.append(s)
             surfaces += [s] * len(mesh.triangles)
             self.uv += [mesh.uv_maps[""][t] if mesh.uv_maps else None for t in mesh.triangles]
         for ball in scene.spheres:
             s = scene.surfaces[ball.surface]
             self.body.append(len(self.size))
-            self.size.append(2 * 3**0.5 * ball.radius if s.opacity < 1 and s.reflectivity < 1 else None)
+            clear = any(c.opacity < 1 and c.reflectivity < 1 for _, c in closures(s))
+            self.size.append(2 * 3**0.5 * ball.radius if clear else None)
             self.matter.append(s)
             surfaces.append(s)
         self.surfaces = surfaces
@@ -68,9 +74,8 @@ class Oracle:
         n = np.cross(self.e1[k], self.e2[k])
         return n / np.linalg.norm(n)
 
-    def color(self, k, p):
+    def color(self, k, p, color):
         """Its constant, or the texel under p."""
-        color = self.surfaces[k].base_color
         if not isinstance(color, Expression):
             return np.array(color)
         texture = color.data
@@ -96,8 +101,15 @@ class Oracle:
             if t < distance:
                 s, body = self.surfaces[k], self.body[k]
                 cos = self.normal(k, p + t * d) @ d
-                through = through * self.absorbed(inside, t - last) * (1 - s.reflectivity) * (1 - s.opacity)
-                through = through * (1 - self.fresnel(abs(cos), s.ior)) * s.transmission_tint
+                through = through * self.absorbed(inside, t - last)
+                through = through * sum(
+                    w
+                    * (1 - c.reflectivity)
+                    * (1 - c.opacity)
+                    * (1 - self.fresnel(abs(cos), c.ior))
+                    * np.array(c.transmission_tint)
+                    for w, c in closures(s)
+                )
                 inside, last = self.across(inside, body, cos < 0), t
         return through * (self.absorbed(inside, distance - last) if np.isfinite(distance) else 1)
 
@@ -111,7 +123,10 @@ class Oracle:
         return 1.0 if body is None else np.exp(-np.array(self.matter[body].absorption) * distance)
 
     def ior(self, body):
-        return 1.0 if body is None else self.matter[body].ior
+        if body is None:
+            return 1.0
+        bends = [c.ior for _, c in closures(self.matter[body]) if c.opacity < 1 and c.reflectivity < 1 and c.ior != 1]
+        return bends[0] if bends else 1.0
 
     def medium(self, bodies):
         """The smallest of the bodies that a point is inside of; None for vacuum."""
@@ -122,11 +137,15 @@ class Oracle:
         if not hits:
             return np.array(self.scene.world.radiance)
         t, k = hits[0]
-        s, p = self.surfaces[k], o + t * d
-        n = self.normal(k, p)
+        p, n = o + t * d, self.normal(k, o + t * d)
         entering = n @ d < 0
         n = n if entering else -n
-        cos, color = -(n @ d), self.color(k, p)
+        result = sum(w * self.answer(c, k, p, n, entering, d, depth, inside) for w, c in closures(self.surfaces[k]))
+        return result * self.absorbed(inside, t)
+
+    def answer(self, s, k, p, n, entering, d, depth, inside):
+        """What one closure sends back along d."""
+        cos, color = -(n @ d), self.color(k, p, s.base_color)
         result = np.array(s.emission, float)
         local = s.ambient * color * self.scene.world.radiance
         for light in self.scene.lights:
@@ -147,7 +166,9 @@ class Oracle:
             eta = s.ior if entering else 1 / s.ior
         else:
             assert entering != (body in inside)
-            eta = self.ior(self.medium(beyond)) / self.ior(self.medium(inside))
+            around = self.medium(beyond if not entering else inside), self.medium(inside if not entering else beyond)
+            within = s.ior if around[1] == body else self.ior(around[1])
+            eta = within / self.ior(around[0]) if entering else self.ior(around[0]) / within
         f = self.fresnel(cos, eta)
         share = (1 - s.reflectivity) * (1 - s.opacity)
         reflected = s.reflectivity * np.array(s.reflection_tint) + share * f
@@ -157,7 +178,7 @@ class Oracle:
         if passed.any() and (depth < self.max_depth or eta == 1):
             wt = d / eta + (cos / eta - np.sqrt(1 - (1 - cos * cos) / eta**2)) * n
             result += passed * self.radiance(p - n * TINY, wt, depth + (eta != 1), beyond)
-        return result * self.absorbed(inside, t)
+        return result
 
     def picture(self):
         cam = self.scene.camera
@@ -173,7 +194,7 @@ class Oracle:
 
 def random_scene(build, seed):
     """Three to six tilted boxes, balls and sheets of random surfaces around the origin, sheets with textures."""
-    rng = np.random.default_rng(seed)
+    rng, mixes = np.random.default_rng(seed), np.random.default_rng(seed + 1)
     parts, balls = [], []
     cloth = Texture("cloth", rng.random((2, 3, 4)).astype(np.float32), interpolation="CLOSEST")
     uvs = {"": np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float32)}
@@ -191,6 +212,13 @@ def random_scene(build, seed):
             ior=float(rng.choice([1.0, 0.8, 1.33, 1.5])),
             absorption=tuple(rng.random(3) * (rng.random() < 0.5)),
         )
+        if mixes.random() < 0.4:  # a sum: with what bends no light, for that a solid has of one kind
+            mirror = Surface(reflectivity=1.0, reflection_tint=tuple(mixes.random(3)))
+            veil = Surface(opacity=0.0, ior=1.0, transmission_tint=tuple(mixes.random(3)))
+            parts_of = (surface, mirror, veil, Surface(base_color=tuple(mixes.random(3))))
+            weights = mixes.random(4) * (mixes.random(4) < 0.7) * 0.6
+            sums = tuple(Closure(float(w), s) for w, s in zip(weights, parts_of, strict=True))
+            surface = Surface(closures=sums, absorption=surface.absorption)
         kind = rng.random()
         if kind < 0.25:
             center, radius = tuple(m[:3, 3].tolist()), float(rng.uniform(0.3, 1))

@@ -21,6 +21,7 @@ from ..errors import HybridError
 from ..pipeline import scene_setup
 from ..render import images
 from ..sync.settings import CustomSurface, custom_surface
+from ..sync.sums import singles
 
 HOW = "Cycles' Whitted subset of the same file: the same lamps and roughness, no diffuse bounces, nothing clamped"
 
@@ -42,7 +43,7 @@ def whitted_subset(b_scene: bpy.types.Scene, scene: Scene, max_depth: int) -> No
     c.caustics_reflective = c.caustics_refractive = True
     # Cycles' Gaussian is exp(-2 (6 x / width)^2): a standard deviation of width / 12.
     c.pixel_filter_type, c.filter_width = "GAUSSIAN", min(10.0, 12 * FILTER_SIGMA * b_scene.render.filter_size)
-    surfaces = {i.name: [scene.surfaces[s] for s in i.surfaces] for i in scene.instances if i.ray_traced}
+    surfaces = {i.name: [singles(scene.surfaces[s])[0] for s in i.surfaces] for i in scene.instances if i.ray_traced}
     for b_object in b_scene.objects:
         if b_object.type == "LIGHT":
             b_object.visible_camera = False

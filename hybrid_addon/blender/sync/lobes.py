@@ -34,7 +34,7 @@ def film(node: Node, reader: NodeReader) -> dict[str, Any]:
     return {"film": thickness, "film_ior": number(reader, node, "Thin Film IOR")}
 
 
-def index(ior: float, film: dict[str, Any]) -> float:
+def index(ior: Any, film: dict[str, Any]) -> Any:
     """The IOR of what is below a film."""
     return 1.0 + LEAST_STEP if film and ior == 1.0 else ior
 
@@ -74,9 +74,14 @@ def _tangent(node: Node, reader: NodeReader) -> Any:
 # ------------------------------------------------------------------------------------------------ other layers
 
 
-def specular(node: Node, reader: NodeReader, ior: float) -> Any:
+def specular(node: Node, reader: NodeReader, ior: Any) -> Any:
     """Reflectance at normal incidence, at most 1; Specular IOR Level 0.5 leaves it as the IOR has it."""
-    f0 = ex.times(((ior - 1.0) / (ior + 1.0)) ** 2 * 2.0, number(reader, node, "Specular IOR Level"))
+    if isinstance(ior, Expression):
+        amplitude = ex.apply("divide", ex.apply("subtract", ior, 1.0), ex.apply("add", ior, 1.0))
+        twice: Any = ex.times(ex.apply("multiply", amplitude, amplitude), 2.0)
+    else:
+        twice = ((ior - 1.0) / (ior + 1.0)) ** 2 * 2.0
+    f0 = ex.times(twice, number(reader, node, "Specular IOR Level"))
     return ex.as_color(ex.apply("minimum", ex.times(color(reader, node, "Specular Tint"), f0), 1.0))
 
 

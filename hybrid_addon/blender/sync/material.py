@@ -22,6 +22,7 @@ from .messages import Warnings
 from .nodes import Node, active_output, uses_nodes
 from .settings import CustomSurface, custom_surface
 from .shaders import surface_from
+from .sums import each, singles
 from .texture import NodeReader
 from .volume import absorption_from
 
@@ -66,19 +67,23 @@ def customised(surface: Surface, custom: CustomSurface | None) -> Surface:
     """`surface` with the object's own three numbers, where it has them."""
     if custom is None:
         return surface
-    plain = replace(surface, layered=False, thin=False, interface_tint=WHITE)
-    return replace(plain, reflectivity=custom.reflectivity, opacity=custom.opacity, ior=custom.ior)
+
+    def change(closure: Surface) -> Surface:
+        plain = replace(closure, layered=False, thin=False, interface_tint=WHITE)
+        return replace(plain, reflectivity=custom.reflectivity, opacity=custom.opacity, ior=custom.ior)
+
+    return each(surface, change)
 
 
 def warn_of_roughness(surfaces: Sequence[Surface], warn: Warnings) -> None:
     """Name the rough surfaces that are to show the world's blurred image, and no objects."""
-    for surface in surfaces:
+    for name, surface in ((whole.name, closure) for whole in surfaces for closure in singles(whole)):
         roughness = surface.roughness
         mirrors = surface.layered and surface.reflectivity != 0.0
         refracts = surface.layered and surface.opacity != 1.0 and surface.ior != 1.0
         if (mirrors or refracts) and not isinstance(roughness, Expression) and roughness > MIRROR_ROUGHNESS:
             warn.add(
-                f"material {surface.name!r}: it shows the world blurred, but no objects: its roughness of "
+                f"material {name!r}: it shows the world blurred, but no objects: its roughness of "
                 f"{roughness:.2g} is not traced (set Rough Samples to 1 or more)"
             )
 

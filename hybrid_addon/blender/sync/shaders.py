@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shader nodes -> scene.Surface: one small function for each node, found in the table SHADERS.
 
-Light at a surface is mirrored, lights it (local), or is transmitted: shares (r, (1 - r) o, (1 - r)(1 - o)) of
-reflectivity r and opacity o in scene.Surface. Any number or colour may be an expression (`values`).
+Light at a closure is mirrored, lights it (local), or is transmitted: shares (r, (1 - r) o, (1 - r)(1 - o)) of
+reflectivity r and opacity o in scene.Surface. Any number or colour may be an expression (`values`). Mix and Add Shader
+make sums of closures (`sums`).
 
 Sources: gpu_shader_material_principled.glsl (order of the layers, F0, sqrt of the base colour for transmission).
 """
@@ -23,6 +24,7 @@ from . import value_nodes as _registered  # noqa: F401
 from .conductor import conductor_tints
 from .coverage import name_sockets
 from .nodes import Node, Socket
+from .sums import added, may_be, mixed, weighted
 from .texture import NodeReader
 from .values import color, emitted, number, once, vector
 
@@ -48,7 +50,8 @@ def surface_from(socket: Socket, reader: NodeReader, depth: int = 0) -> Surface:
         reader.give_up(f"node {node.name!r} ({node.b_node.bl_label}) is not followed; the surface is grey")
         return _opaque((0.8, 0.8, 0.8))
     name_sockets(node, reader)
-    return replace(shader(node, reader), normal=_normal(node, reader))
+    surface = shader(node, reader)
+    return surface if surface.closures else replace(surface, normal=_normal(node, reader))
 
 
 def _normal(node: Node, reader: NodeReader) -> Expression | None:
@@ -63,7 +66,12 @@ def _normal(node: Node, reader: NodeReader) -> Expression | None:
 
 
 def _principled(node: Node, reader: NodeReader) -> Surface:
-    base_color, alpha = color(reader, node, "Base Color"), _unit(number(reader, node, "Alpha"))
+    return _principled_body(node, reader, _unit(number(reader, node, "Alpha")))
+
+
+def _principled_body(node: Node, reader: NodeReader, alpha: Share) -> Surface:
+    """The node with this alpha."""
+    base_color = color(reader, node, "Base Color")
     metallic, transmission = _unit(number(reader, node, "Metallic")), _unit(number(reader, node, "Transmission Weight"))
     film = lobes.film(node, reader)
     ior = lobes.index(_ior(node, reader), film)
@@ -71,9 +79,10 @@ def _principled(node: Node, reader: NodeReader) -> Surface:
         film = {}
     glass, straight = ex.times(alpha, ex.rest(metallic), transmission), ex.rest(alpha)
     thin = node.has_input("Thin Wall") and bool(node.input("Thin Wall").value()) and may_be(glass)
-    if may_be(glass) and may_be(straight) and not thin:
-        reader.warn(f"node {node.name!r}: alpha and transmission together are approximated by the stronger of them")
-    bent = may_be(glass) and not _exceeds(straight, glass)
+    if may_be(glass) and may_be(straight):  # a sum: what lies there, and what is seen past it
+        opaque, clear = _principled_body(node, reader, 1.0), replace(_shared(0.0, 0.0, 1.0), ior=1.0)
+        return weighted((alpha, replace(opaque, normal=_normal(node, reader))), (straight, clear))
+    bent = may_be(glass)
     clear = ex.apply("clamp", base_color, 0.0, 1.0) if isinstance(base_color, Expression) else base_color
     tint = clear if thin else ex.as_color(ex.apply("root", clear))
     local = ex.times(alpha, ex.rest(metallic), ex.rest(transmission))
@@ -200,99 +209,23 @@ def _mix(node: Node, reader: NodeReader, depth: int) -> Surface:
     if factor in (0.0, 1.0):
         return surface_from(node.input(1 + int(factor)), reader, depth)
     first, second = (surface_from(node.input(position), reader, depth) for position in (1, 2))
-    if not blend_is_exact(first, second):
-        reader.warn(f"node {node.name!r}: the two shaders are approximated by one average surface")
-    return blend(first, second, factor)
+    return mixed(first, second, factor)
 
 
 def _add(node: Node, reader: NodeReader, depth: int) -> Surface:
-    first, second = (surface_from(node.input(position), reader, depth) for position in (0, 1))
-    emission = ex.as_color(ex.plus(first.emission, second.emission))
-    for only_glows, other in ((first, second), (second, first)):
-        if _is_black(only_glows):
-            return replace(other, emission=emission)
-    reader.warn(f"node {node.name!r}: the sum of two shaders is approximated by their average")
-    return replace(blend(first, second, 0.5), emission=emission)
+    return added(*(surface_from(node.input(position), reader, depth) for position in (0, 1)))
 
 
 COMBINED = {"ShaderNodeMixShader": _mix, "ShaderNodeAddShader": _add}
-MIRRORED = ("reflection_tint",)
-LOCAL = ("base_color", "specular")
-PASSED = ("transmission_tint", "interface_tint")
-WHOLE = ("coat", "coat_roughness", "coat_tint", "sheen", "sheen_roughness", "sheen_tint")
-
-
-def blend(first: Surface, second: Surface, factor: Share) -> Surface:
-    """`first` x (1 - factor) + `second` x factor, by the shares of light that each gives away.
-
-    What one surface can hold only once (IOR, edge tint) is taken from the one with the larger share of it.
-    """
-    weights = ex.rest(factor), factor
-    mirrored, local, passed = (
-        tuple(ex.times(share, weight) for share, weight in zip(pair, weights, strict=True))
-        for pair in zip(shares(first), shares(second), strict=True)
-    )
-    glossy = tuple(ex.plus(a, b) for a, b in zip(mirrored, local, strict=True))
-    by_share = {**dict.fromkeys(MIRRORED, mirrored), **dict.fromkeys(LOCAL, local), **dict.fromkeys(PASSED, passed)}
-    by_share |= {"roughness": glossy, "emission": weights, **dict.fromkeys(WHOLE, weights)}
-    averages = {
-        name: _average(getattr(first, name), share[0], getattr(second, name), share[1])
-        for name, share in by_share.items()
-    }
-    passing, coated = _larger(first, second, passed), _larger(first, second, (first.coat, second.coat))
-    return replace(
-        _shared(ex.plus(*mirrored), ex.plus(*local), ex.plus(*passed)),
-        **averages,
-        edge_tint=_larger(first, second, mirrored).edge_tint,
-        coat_ior=coated.coat_ior,
-        ior=passing.ior,
-        thin=passing.thin,
-        layered=first.layered or second.layered,
-        normal=first.normal or second.normal,
-    )
-
-
-def blend_is_exact(first: Surface, second: Surface) -> bool:
-    """Whether `blend` of the two loses nothing."""
-    both = [may_be(a) and may_be(b) for a, b in zip(shares(first), shares(second), strict=True)]
-    mirrors, local, passing = both
-
-    def agree(*names: str) -> bool:
-        return all(getattr(first, name) == getattr(second, name) for name in names)
-
-    if first.normal is not second.normal or not agree("coat", "sheen"):
-        return False
-    if mirrors and not agree("reflection_tint", "edge_tint", "roughness"):
-        return False
-    if passing and not agree("ior", "transmission_tint"):
-        return False
-    varies = isinstance(first.base_color, Expression) or isinstance(second.base_color, Expression)
-    return not local or (not varies and (agree("roughness") or first.specular == second.specular == BLACK))
 
 
 def shares(surface: Surface) -> Shares:
-    """(mirrored, local, transmitted), their sum 1."""
+    """(mirrored, local, transmitted) of a closure, their sum 1."""
     rest = ex.rest(surface.reflectivity)
     return surface.reflectivity, ex.times(rest, surface.opacity), ex.times(rest, ex.rest(surface.opacity))
 
 
 # ------------------------------------------------------------------------------------------------ building blocks
-
-
-def may_be(share: Share) -> bool:
-    """Whether it is more than 0 anywhere."""
-    return isinstance(share, Expression) or share > 0.0
-
-
-def _exceeds(first: Share, second: Share) -> bool:
-    """Whether `first` >= `second`; what varies counts as the larger."""
-    if isinstance(first, Expression) or isinstance(second, Expression):
-        return isinstance(first, Expression)
-    return bool(first >= second)
-
-
-def _larger(first: Surface, second: Surface, share: tuple[Share, ...]) -> Surface:
-    return first if not may_be(share[1]) or (may_be(share[0]) and _exceeds(share[0], share[1])) else second
 
 
 def _shared(mirrored: Share, local: Share, transmitted: Share) -> Surface:
@@ -308,13 +241,6 @@ def _opaque(base_color: Any) -> Surface:
     return Surface(base_color=base_color)
 
 
-def _is_black(surface: Surface) -> bool:
-    """Whether nothing but emission comes from it."""
-    return (
-        shares(surface) == (0.0, 1.0, 0.0) and surface.base_color == surface.specular == BLACK and not surface.layered
-    )
-
-
 def _roughness(node: Node, reader: NodeReader) -> Share:
     return _unit(number(reader, node, "Roughness"))
 
@@ -324,22 +250,10 @@ def _unit(value: Share) -> Share:
     return ex.clamped(value)
 
 
-def _ior(node: Node, reader: NodeReader) -> float:
-    return max(reader.number(node, "IOR"), MIN_IOR)
+def _ior(node: Node, reader: NodeReader) -> Share:
+    return ex.apply("maximum", number(reader, node, "IOR"), MIN_IOR)
 
 
 def _emitted(node: Node, reader: NodeReader, color_name: str, strength: str) -> Any:
     factor = number(reader, node, strength)
     return ex.as_color(ex.times(factor, color(reader, node, color_name))) if factor != 0.0 else BLACK
-
-
-def _average(first: Any, weight_1: Share, second: Any, weight_2: Share) -> Any:
-    if first is second or (not isinstance(first, Expression) and first == second):
-        return first
-    if not may_be(weight_1):
-        return second if may_be(weight_2) else first
-    if not may_be(weight_2):
-        return first
-    total = ex.plus(weight_1, weight_2)
-    weighted = ex.apply("add", ex.apply("multiply", first, weight_1), ex.apply("multiply", second, weight_2))
-    return ex.apply("ratio", weighted, total, first)

@@ -29,6 +29,7 @@ from ..core.vectors import dot, largest_component, select, take
 from ..emitters.light import CompiledLight
 from ..parallel.pool import workers
 from ..prepare.compiled import CompiledScene
+from ..shading.closures import closures_at
 from ..shading.evaluate import surface_hits
 from ..shading.interaction import Interaction
 from ..shading.shadows import visibility
@@ -141,7 +142,9 @@ class _Tracer:
         n = len(number)
         media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, stats)
         endless = np.full(n, np.inf, np.float32)
-        rays = camera_rays(origin, direction, endless, np.arange(n), media, True).take(np.flatnonzero(sound))
+        rays = camera_rays(
+            origin, direction, endless, np.arange(n), media, True, mixed=self.scene.surfaces.mixes_glass
+        ).take(np.flatnonzero(sound))
         stats.add("photons", n)
         draw = hash32(number ^ hash32(beam.key ^ np.uint32(0xC2B2AE35)))
         travelled, bent, wave = np.zeros(n), np.zeros(n, bool), 0
@@ -197,7 +200,11 @@ class _Tracer:
         self, rays: Rays, at: Interaction, t: Float64, draw: UInt32, bent: Bools, wave: int, stats: Stats
     ) -> Rays:
         """Each photon goes one way, reflected or transmitted, drawn by what they carry; the rest is absorbed."""
-        # Draw one of the two ways, and let it carry the light of both.
+        # Draw one closure, then one of the two ways, and let it carry the light of all.
+        salt = hash32(np.array([~np.uint32(wave)], np.uint32))
+        chance = hash32(draw[rays.sample] ^ salt).astype(np.float64) * 2.0**-32
+        closure = closures_at(self.scene, rays, at, t, most=1, chance=chance)
+        rays, at, t = closure.rays, closure.at, closure.t
         split = share_out(self.scene, rays, at)
         reflected, transmitted = largest_component(split.reflected), largest_component(split.transmitted)
         total = reflected + transmitted

@@ -33,6 +33,10 @@ Between panes, in shells and half mirrors rays multiply, and no share of the lig
 rays. Of ordinary glass a sample takes 10 to 100 (measured: 1.6 % of those in the sample scenes would take more).
 """
 
+MOST_FIRST_CLOSURES, MOST_CLOSURES = 16, 4
+"""A camera ray's hit, and later ones, answer with so many closures of a sum; of more some are drawn. Few materials have
+more than 4; in a later hit they multiply with those of the hits before."""
+
 RAYS_AHEAD = 8
 """Of the rays that a sample has left, one in so many are for its next bounce.
 

@@ -40,6 +40,8 @@ class Rays:
     unlit             : (n,) bool, the light of lamps that comes this way is in the highlight of a surface that it left.
     receiver          : (rows, n) int32, the primitive that bent it last, whose light it brings; or no rows, where all
                         lamps light everything.
+    closure           : (rows, n) int32, the closure by which it was refracted into a solid, or MISS; or no rows, where
+                        no surface refracts by more than one (see `closures_at`).
     branch            : (rows, n) uint8, how it left the first surface: NO_BRANCH for camera rays, REFLECTION or
                         REFRACTION (straight through included); or no rows.
     """
@@ -55,6 +57,7 @@ class Rays:
     kind: NDArray[np.uint8]
     unlit: NDArray[np.bool_]
     receiver: NDArray[np.int32]
+    closure: NDArray[np.int32]
     path: NDArray[np.uint32]
     branch: NDArray[np.uint8]
 
@@ -77,7 +80,7 @@ class Rays:
 
 FIELDS = (
     "origin", "direction", "throughput", "sample", "depth", "straight", "t_max", "media", "kind", "unlit", "receiver",
-    "path", "branch",
+    "closure", "path", "branch",
 )  # fmt: skip
 
 
@@ -98,8 +101,9 @@ def camera_rays(
     signed: bool = False,
     branched: bool = False,
     linked: bool = False,
+    mixed: bool = False,
 ) -> Rays:
-    """The first wave. signed, branched, linked: paths, branches and receivers are asked for."""
+    """The first wave. signed, branched, linked, mixed: paths, branches, receivers and closures are asked for."""
     n = origin.shape[1]
     path = np.zeros((int(signed), n), np.uint32)
     media = np.zeros((0, n), np.int32) if media is None else media
@@ -108,7 +112,7 @@ def camera_rays(
     kind, receiver = np.full(n, CAMERA_RAY), np.full((int(linked), n), MISS)
     return Rays(
         origin, direction, np.ones((3, n), np.float32), sample, none, none, t_max, media, kind, np.zeros(n, bool),
-        receiver, path, branch,
+        receiver, np.full((int(mixed), n), MISS), path, branch,
     )  # fmt: skip
 
 

@@ -46,6 +46,8 @@ Numbers = NDArray[np.intp]
 
 def is_matte(surface: Surface) -> bool:
     """Whether its highlights are too weak to move with the eye. What varies is taken at its most glossy."""
+    if surface.closures:
+        return all(is_matte(closure.surface) for closure in surface.closures)
     layers = (surface.coat, surface.sheen)
     if any(isinstance(layer, Expression) or layer > 0 for layer in layers):
         return False

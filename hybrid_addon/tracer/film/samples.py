@@ -192,10 +192,13 @@ class SampleBuffer:
         factor[there[many]] = draw(some, cost, most[many], self._chances(some))
         np.add.at(self.followed, owner[factor[there] > 0], 1)
         left_out = there[factor[there] == 0]
-        lost = weight.take(left_out).astype(np.float64)
-        for total in (self.residual, self.stood_for):
-            np.add.at(total, sample.take(left_out), lost)
+        self.stand_for(sample.take(left_out), weight.take(left_out))
         return factor
+
+    def stand_for(self, sample: Numbers, lost: Float32) -> None:
+        """Samples (n,) leave out light of weight (n,) that others stand for: that is residual."""
+        for total in (self.residual, self.stood_for):
+            np.add.at(total, sample, lost.astype(np.float64))
 
     def close(self) -> None:
         """All is followed: where others stand for rays, no more than all of the light can be wrong."""

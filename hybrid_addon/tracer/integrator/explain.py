@@ -15,6 +15,7 @@ from ..film.path_hash import REFLECTED, TRANSMITTED, child_path
 from ..film.samples import SampleBuffer
 from ..geometry.aggregate import Hits
 from ..prepare.compiled import CompiledScene
+from ..shading.closures import closures_at
 from ..shading.interaction import Interaction
 from ..shading.lamps import brought, lamps_met
 from ..shading.spawn import share_out
@@ -95,8 +96,11 @@ class _Tree:
             if at is not None and i in place:
                 one = at.take(np.array([place[i]]))
                 self._describe(node, one, float(hits.t[i]))
-                add_light(self.scene, ray, one, light, Stats())
-                coming.update(self._branches(node, ray, one, children))
+                closures = closures_at(self.scene, ray, one, hits.t[i : i + 1])
+                add_light(self.scene, closures, light, Stats())
+                for part in range(len(closures.rays)):
+                    only = np.array([part])
+                    coming.update(self._branches(node, closures.rays.take(only), closures.at.take(only), children))
             else:
                 add_escaped(self.scene, ray, slice(None), light, Stats())
             node.adds = _rgb(light.radiance)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene import Camera, Expression, Float64, Scene, Settings
+from ...scene import Camera, Expression, Float64, Scene, Settings, Surface
 from ..core.camera import project
 from ..core.constants import SAME_PLACE, SHARP_ROUGHNESS, SURVEY_CUTOFF, SURVEY_PIXELS
 from ..core.rays import Rays
@@ -26,6 +26,7 @@ from ..film.samples import SampleBuffer
 from ..geometry.aggregate import Hits
 from ..prepare.compiled import CompiledScene
 from ..prepare.validate import validate
+from ..shading.closures import closure_path
 from ..shading.interaction import Interaction
 from .whitted import trace_rays
 
@@ -122,18 +123,24 @@ class _Way:
         return _Way(take(self.reflections, index), take(self.refractions, index), take(self.told, index))
 
 
+def _least_roughness(surface: Surface) -> float:
+    """Of its closures; what varies counts as rough."""
+    if surface.closures:
+        return min(_least_roughness(closure.surface) for closure in surface.closures)
+    return 1.0 if isinstance(surface.roughness, Expression) else surface.roughness
+
+
 class _Watch:
     """Looks at each wave of rays, and counts by the object that their pixel shows."""
 
     def __init__(self, compiled: CompiledScene, scene: Scene, blended: frozenset[str]) -> None:
         self.scene, n = compiled, compiled.camera.resolution[0] * compiled.camera.resolution[1]
-        surfaces = scene.surfaces
-        blends = np.array([s.name in blended for s in surfaces] or [False])
+        surfaces = compiled.surfaces.surfaces
+        blends = np.array([s.name in blended for s in surfaces])
         self.refracts = compiled.surfaces.refracts
         self.unseen = self.refracts | (blends & compiled.surfaces.transmits)
-        roughness = [1.0 if isinstance(s.roughness, Expression) else s.roughness for s in surfaces]
         follows = compiled.settings.rough_samples > 0
-        self.sharp = np.array([follows or r <= SHARP_ROUGHNESS for r in roughness] or [True])
+        self.sharp = np.array([follows or _least_roughness(s) <= SHARP_ROUGHNESS for s in surfaces])
         objects = len(scene.instances) + len(scene.spheres) + len(scene.planes)
         self.owner, self.place, self.counts = np.full(n, -1), np.full((3, n), np.inf), np.zeros(n, bool)
         self.pixels, self.rays, self.followed = np.zeros(objects, np.intp), np.zeros(objects), 0
@@ -181,15 +188,17 @@ class _Watch:
     def _expect(self, rays: Rays, way: _Way, hit: Numbers) -> None:
         """Both rays that each hit may send on, in the order of their keys."""
         parents, way = rays.take(hit), way.take(hit)
-        keys = [_key(parents.sample, child_path(parents.path, kind)[0]) for kind in (REFLECTED, TRANSMITTED)]
-        both = np.concatenate(keys)
-        order = np.argsort(both)
-        self.keys, self.straight = both[order], np.tile(parents.straight, 2)[order]
-        one, none = np.ones(len(hit), np.int16), np.zeros(len(hit), np.int16)
+        most = max(1, int(np.max(self.scene.surfaces.closure_count)))
+        paths = [closure_path(parents.path, part) for part in range(most)]
+        keys = [_key(parents.sample, child_path(p, kind)[0]) for kind in (REFLECTED, TRANSMITTED) for p in paths]
+        every, half = np.concatenate(keys), len(paths) * len(hit)
+        order = np.argsort(every)
+        self.keys, self.straight = every[order], np.tile(parents.straight, len(keys))[order]
+        one, none = np.ones(half, np.int16), np.zeros(half, np.int16)
         self.ways = _Way(
-            (np.tile(way.reflections, 2) + np.concatenate([one, none]))[order],
-            (np.tile(way.refractions, 2) + np.concatenate([none, one]))[order],
-            np.tile(way.told, 2)[:, order],
+            (np.tile(way.reflections, len(keys)) + np.concatenate([one, none]))[order],
+            (np.tile(way.refractions, len(keys)) + np.concatenate([none, one]))[order],
+            np.tile(way.told, len(keys))[:, order],
         )
 
     def _kinds(self, way: _Way, owner: Numbers, hit: Numbers, at: Interaction | None) -> Bools:

@@ -24,6 +24,7 @@ from ..core.vectors import Index, add, count, flatnonzero, largest_component, no
 from ..film.samples import SampleBuffer
 from ..geometry.aggregate import Hits, PrimitiveSet
 from ..prepare.compiled import CompiledScene
+from ..shading.closures import ClosureHits, closures_at
 from ..shading.direct import direct_light
 from ..shading.evaluate import surface_hits
 from ..shading.interaction import Interaction
@@ -115,12 +116,15 @@ def _trace_wave(
     media = None if scene.media.shadow_absorption is None else rays_hit.media
     draws = None if sampler is None else sampler.draws(rays_hit.sample, rays_hit.path)
     at = surface_hits(scene, rays_hit, found, media, draws)
+    closures = closures_at(scene, rays_hit, at, found.t)
+    if closures.left_out is not None:
+        sample_buffer.stand_for(*closures.left_out)
 
     # Add emitted and local light.
-    add_light(scene, rays_hit, at, sample_buffer, stats)
+    add_light(scene, closures, sample_buffer, stats)
 
-    # Spawn at most one reflected and one transmitted ray from each hit.
-    children = concatenate(spawn(scene, rays_hit, at, found.t, sample_buffer, stats))
+    # Spawn at most one reflected and one transmitted ray from each closure.
+    children = concatenate(spawn(scene, closures.rays, closures.at, closures.t, sample_buffer, stats))
     if watch is not None:
         watch(rays, hits, chosen, at, children)
     return children
@@ -244,9 +248,10 @@ def add_backed(
     return left
 
 
-def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sample_buffer: SampleBuffer, stats: Stats) -> None:
-    """Add what the hits of the rays emit, and the light that they get from the lights and the world, rough glass also
-    from behind. What was hit, and which lights reach it, goes into the signatures, where anybody asks for these."""
+def add_light(scene: CompiledScene, closures: ClosureHits, sample_buffer: SampleBuffer, stats: Stats) -> None:
+    """Add what closures emit, and the light that they get from the lights and the world, rough glass also from behind.
+    What was hit, and which lights reach it, goes into the signatures, where anybody asks for these."""
+    rays, at = closures.rays, closures.at
     table, signatures = at.table, sample_buffer.signatures
     lit = None if signatures is None else np.zeros(len(rays), np.uint32)
     sent: list[tuple[Index, Float32]] = []  # by which hits, and the radiance
@@ -277,7 +282,7 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sample_buffer: 
     if scene.plan.rough and scene.plan.specular:
         sent += through_rough_glass(scene, rays, at, stats)
     # All of it together is limited.
-    dimming = _dimming(scene, rays, sent)
+    dimming = _dimming(scene, closures, sent)
     for index, radiance in sent:
         weighted = take(rays.throughput, index) * radiance
         if dimming is not None:
@@ -287,14 +292,18 @@ def add_light(scene: CompiledScene, rays: Rays, at: Interaction, sample_buffer: 
         signatures.add_hits(rays, at.prim, at.entering, lit)
 
 
-def _dimming(scene: CompiledScene, rays: Rays, sent: list[tuple[Index, Float32]]) -> Float32 | None:
+def _dimming(scene: CompiledScene, closures: ClosureHits, sent: list[tuple[Index, Float32]]) -> Float32 | None:
     """(n,) by what the light that hits send into rays which a surface has sent on is multiplied; None: by 1."""
-    limit = scene.arriving.indirect_limit
+    limit, rays = scene.arriving.indirect_limit, closures.rays
     if not np.isfinite(limit) or not sent or rays.camera.all():
         return None
     total = np.zeros((3, len(rays)), np.float32)
     for index, radiance in sent:
         add(total, index, np.broadcast_to(radiance, (3, count(index, len(rays)))))
+    if closures.owner is not None and closures.weight is not None:  # all closures of a hit together
+        sums = np.zeros((3, int(closures.owner[-1]) + 1), np.float32)
+        np.add.at(sums, (slice(None), closures.owner), total * closures.weight)
+        total = sums[:, closures.owner]
     brightest = total.max(axis=0)
     too_bright = (brightest > limit) & ~rays.camera
     return np.where(too_bright, np.float32(limit) / np.maximum(brightest, np.float32(limit)), np.float32(1))

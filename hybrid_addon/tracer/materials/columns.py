@@ -3,8 +3,7 @@
 
 A surface has one column; one with layers has many, for as many view angles (see `tabulated`); where expressions tell,
 a hit has one of its own (see `varying`). Rows that stand together are gathered together, when somebody asks for them,
-of the hits that are asked for: nobody ever asks for all. IORs are not among them: they are float64, and the same all
-over a surface.
+of the hits that are asked for: nobody ever asks for all. IORs are not among them: they are float64.
 """
 
 from __future__ import annotations
@@ -82,12 +81,14 @@ class HitValues:
     place   : (n,) intp, their columns.
     share   : (n,) float32, how far each is on its way to the next column; None: nowhere.
     factors : by name, (3, n) float32, what columns are to be multiplied by; of some names, if any.
+    ior     : (n,) float64, where it varies; None: that of the surfaces.
     """
 
     columns: Columns
     place: NDArray[np.intp]
     share: Float32 | None = None
     factors: Mapping[str, Float32] = field(default_factory=dict)
+    ior: Float64 | None = None
 
     def value(self, name: str, index: Index) -> Float32:
         """(m,) or (3, m) float32 of the hits `index`."""
@@ -108,7 +109,8 @@ class HitValues:
         """Those of the hits `index`, in that order."""
         share = None if self.share is None else take(self.share, index)
         factors = {name: take(factor, index) for name, factor in self.factors.items()}
-        return HitValues(self.columns, take(self.place, index), share, factors)
+        ior = None if self.ior is None else take(self.ior, index)
+        return HitValues(self.columns, take(self.place, index), share, factors, ior)
 
 
 def pack(numbers: Mapping[str, Array], n: int) -> Float32:

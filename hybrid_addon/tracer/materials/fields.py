@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Set
+from typing import TypeVar
 
 import numpy as np
 
 from ...expressions import Evaluation
 from ...scene import Expression, Float64, Surface
 
+T = TypeVar("T")
 Fields = Mapping[str, Float64]
 """Name -> (1 or 3, n) float64, or (1 or 3, 1) of what is the same for all."""
 
@@ -25,15 +27,24 @@ SHARES = ("reflectivity", "opacity", "roughness", "coat_roughness", "sheen_rough
 """Of these, what lies between 0 and 1."""
 
 
+TYPICAL_IOR = 1.45
+"""Stands for an IOR that varies where one is wanted for all of a surface: of a solid, for what lies in it."""
+MIN_IOR = 1e-5
+"""Blender's own least."""
 LEAST = {"stretch": 1e-2}
 """What must not be 0: a stretch divides, and of Blender's none is further from 1 than this or 100."""
 
 
 def constants(surface: Surface) -> dict[str, float]:
-    """What no expression gives. A thin pane does not bend light: its IOR only makes it reflect."""
+    """What is the same all over; a typical IOR where it varies."""
     found = {name: float(getattr(surface, name)) for name in ("ambient", "diffuse", "coat_ior")}
-    ior = (1.0, surface.ior) if surface.thin else (surface.ior, 1.0)
-    return {**found, "ior": float(ior[0]), "pane_ior": float(ior[1])}
+    ior = TYPICAL_IOR if isinstance(surface.ior, Expression) else float(surface.ior)
+    return {**found, **iors(surface, ior)}
+
+
+def iors(surface: Surface, ior: T) -> dict[str, T | float]:
+    """What the IOR of a surface does: a thin pane does not bend light, it only reflects by it."""
+    return {"ior": 1.0, "pane_ior": ior} if surface.thin else {"ior": ior, "pane_ior": 1.0}
 
 
 def known_fields(surface: Surface, without: Set[str] = frozenset()) -> Fields:
@@ -55,6 +66,10 @@ def fields_of(surface: Surface, evaluate: Evaluation | None = None, known: Field
         if value is not None:
             assert evaluate is not None
             fields[name] = limited(name, evaluate(value))[:size]
+    if isinstance(surface.ior, Expression):
+        assert evaluate is not None
+        ior = np.maximum(limited("ior", evaluate(surface.ior))[:1], MIN_IOR)
+        fields.update({name: np.asarray(value).reshape(1, -1) for name, value in iors(surface, ior).items()})
     return fields
 
 

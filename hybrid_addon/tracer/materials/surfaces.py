@@ -18,20 +18,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...expressions import ATTRIBUTE_WIDTHS, expressions_of, reads
-from ...scene import BLACK, WHITE, Expression, Float64, Surface
+from ...scene import BLACK, WHITE, Expression, Float32, Float64, Surface
 from ..core.constants import FAINT, MIRROR_ROUGHNESS, TRACED_ROUGHNESS
 from .columns import NOT_CROSSED, Columns, plain_columns
 from .fields import VARIABLE, Fields, constants, known_fields
 from .tabulated import Tabulated
 
 Bools = NDArray[np.bool_]
-THROUGH = ("reflectivity", "opacity", "transmission_tint")
-"""What a shadow ray that crosses a surface asks of it; its IOR is the same everywhere."""
+Numbers = NDArray[np.intp]
+THROUGH = ("reflectivity", "opacity", "transmission_tint", "ior")
+"""What a shadow ray that crosses a surface asks of it."""
+ANY_OF = (
+    "emits", "shades_ambient", "shades_diffuse", "shades_specular", "reflects", "transmits", "clear", "rough", "blurs"
+)  # fmt: skip
+"""What a sum does if one of its closures does."""
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceTable:
-    """One column for each of the s surfaces of a scene (one default surface if it has none)."""
+    """One column for each of the s surfaces of a scene (one default surface if it has none), then one for each closure
+    of those that are sums. A sum's column says what it may do; hits on it become hits on its closures."""
 
     ior: Float64  # (s,) inside over outside
 
@@ -61,6 +67,33 @@ class SurfaceTable:
     tabulated: Tabulated  # what hits gather, by their cosines
     surfaces: tuple[Surface, ...]
     blur_roughness: tuple[float, float]  # of reflections that show the world blurred
+
+    closure_count: Numbers  # (s,) how many closures it is the sum of; 0: it is a single one
+    first_closure: Numbers  # (s,) the column of the first of them
+    closure_weight: Float32  # (3, s) of closures, where no expression tells; 1 of all else
+    owner: Numbers  # (s,) the surface that a closure is of; of all else itself
+
+    @cached_property
+    def mixes_glass(self) -> bool:
+        """Whether some sum refracts by more than one closure."""
+        count = np.bincount(self.owner, self.refracts & (self.closure_count == 0))
+        return bool((count > 1).any())
+
+    @cached_property
+    def tint(self) -> Float32:
+        """(3, s) of what passes; white where it varies."""
+        tints = [s.transmission_tint for s in self.surfaces]
+        return np.array([WHITE if isinstance(t, Expression) else t for t in tints], np.float32).T
+
+    def closures_of(self, surface: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """The closures of surfaces (n,): which of the n each is of (m,), ascending, its column, its place in the sum.
+
+        Of a single closure that is itself.
+        """
+        count = np.maximum(self.closure_count.take(surface), 1)
+        owner = np.repeat(np.arange(len(surface)), count)
+        part = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+        return owner, self.first_closure.take(surface)[owner] + part, part
 
     @property
     def columns(self) -> Columns:
@@ -101,6 +134,10 @@ class SurfaceTable:
 
 def with_expressions(surface: Surface) -> Surface:
     """The same surface without expressions where nothing asks for them."""
+    if surface.closures:
+        return replace(
+            surface, closures=tuple(replace(c, surface=with_expressions(c.surface)) for c in surface.closures)
+        )
     unused: dict[str, Any] = {}
     if surface.reflectivity == 0.0:
         unused |= {"reflection_tint": WHITE, "edge_tint": None}
@@ -129,10 +166,19 @@ def layout(surface: Surface) -> dict[str, tuple[int, int]]:
 def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
     """The table of all surfaces of a scene."""
     surfaces = tuple(with_expressions(s) for s in surfaces) or (Surface(),)
+    sums, own = surfaces, len(surfaces)
+    closures = [(number, closure) for number, s in enumerate(sums) for closure in s.closures]
+    surfaces = (*sums, *(closure.surface for _, closure in closures))
+    owner = np.array([*range(own), *(number for number, _ in closures)])
+    count = np.bincount(owner[own:], minlength=len(surfaces))
+    first = np.where(count > 0, own + np.cumsum(count) - count, np.arange(len(surfaces)))
+    weight = np.ones((3, len(surfaces)), np.float32)
+    for place, (_, closure) in enumerate(closures, own):
+        weight[:, place] = 1.0 if isinstance(closure.weight, Expression) else closure.weight
     low, high = _bounds(surfaces, 0.0), _bounds(surfaces, 1.0)
     layered = np.array([s.layered for s in surfaces])
     through = [any(isinstance(getattr(s, name), Expression) for name in THROUGH) for s in surfaces]
-    expressive = np.array([any(True for _ in expressions_of(s)) for s in surfaces])
+    expressive = np.array([_is_expressive(s) for s in surfaces])
     tabulated = Tabulated(surfaces, plain_columns(high, len(surfaces)))
     blurs = layered & tabulated.blurs
     table = SurfaceTable(
@@ -143,9 +189,36 @@ def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
         filmed=layered & (high["film"][0] > 0), translucent=np.array([s.translucent for s in surfaces]),
         brushed=layered & np.array([s.tangent is not None and s.stretch != 1.0 for s in surfaces]),
         tabulated=tabulated, surfaces=surfaces, blur_roughness=_blur_roughness(low, high, blurs),
+        closure_count=count, first_closure=first, closure_weight=weight, owner=owner,
     )  # fmt: skip
     table = _with_layers(table, low, high, layered) if layered.any() else table
+    table = _summed(table) if closures else table
     return replace(table, shadow_clear=table.shadow_clear & ~table.absorbs)
+
+
+def _summed(table: SurfaceTable) -> SurfaceTable:
+    """The table, whose sums may do what their closures do."""
+    changed = {
+        name: getattr(table, name).copy() for name in (*ANY_OF, "straight", "shadow_opaque", "shadow_clear", "ior")
+    }
+    for number in np.flatnonzero(table.closure_count).tolist():
+        start = table.first_closure[number]
+        part = slice(start, start + table.closure_count[number])
+        for name in ANY_OF:
+            changed[name][number] = getattr(table, name)[part].any()
+        bent = np.flatnonzero(table.refracts[part])
+        changed["straight"][number] = len(bent) == 0
+        changed["ior"][number] = table.ior[start + bent[0]] if len(bent) else 1.0
+        changed["shadow_opaque"][number] = table.shadow_opaque[part].all()
+        changed["shadow_clear"][number] = False
+    return replace(table, **changed)
+
+
+def _is_expressive(surface: Surface) -> bool:
+    """Whether expressions tell of it; of a sum: of its weights."""
+    if surface.closures:
+        return any(isinstance(closure.weight, Expression) for closure in surface.closures)
+    return bool(expressions_of(surface))
 
 
 def _blur_roughness(low: Fields, high: Fields, blurs: Bools) -> tuple[float, float]:

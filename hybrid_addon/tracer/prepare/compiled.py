@@ -225,7 +225,9 @@ class CompiledScene:
         if stats is not None and self.camera_in_solid:
             media = self.media.around_camera(origin, direction, lambda: self.solids, stats)
         sample = np.arange(n) if sample is None else sample
-        return camera_rays(origin, direction, t_max, sample, media, signed, branched, self.linked_lamps)
+        return camera_rays(
+            origin, direction, t_max, sample, media, signed, branched, self.linked_lamps, self.surfaces.mixes_glass
+        )
 
     def shown(self, pixels: NDArray[np.intp], stats: Stats) -> tuple[Rays, Hits]:
         """What rays through the centres of pixels (n,) of the window hit first, through a pinhole, between the clip

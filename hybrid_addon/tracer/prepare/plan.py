@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...expressions import expressions_of
 from ...scene import Expression, Scene, Settings
+from ..core.constants import MOST_CLOSURES
 from ..emitters.light import CompiledLight
 from ..emitters.screen_space import backable
 from ..emitters.world import CompiledWorld
@@ -42,6 +43,7 @@ class Plan:
     any_hit : ask for any hit first, and for the nearest where that does not tell all.
     soft_shadows : shadow rays may go to points spread over their lights.
     rough     : rays leave rough surfaces by random microfacets.
+    crowded   : some surface has more closures than every hit answers with: some are drawn.
     occlusion : work out how much of the world's diffuse light is hidden.
     raster_shadows : work out the shadows of ray traced objects on all others.
     screen_space : secondary rays may meet what the raster shows.
@@ -64,6 +66,7 @@ class Plan:
     world: bool
     soft_shadows: bool
     rough: bool
+    crowded: bool = False
     occlusion: bool
     raster_shadows: bool
     screen_space: bool
@@ -74,7 +77,7 @@ class Plan:
     @property
     def draws(self) -> bool:
         """Whether hits need random numbers."""
-        return self.soft_shadows or self.rough or self.occlusion
+        return self.soft_shadows or self.rough or self.occlusion or self.crowded
 
     @property
     def local(self) -> bool:
@@ -222,6 +225,7 @@ def make_plan(
         world=escapes,
         soft_shadows=soft,
         rough=rough,
+        crowded=bool((table.closure_count[reachable[: len(table.closure_count)]] > MOST_CLOSURES).any()),
         occlusion=occlusion,
         raster_shadows=raster_shadows,
         screen_space=shown,

@@ -45,7 +45,7 @@ def prepare(scene: Scene, settings: Settings, cache: SceneCache | None = None) -
     cache = SceneCache(0) if cache is None else cache
     scene, black_texels = with_finite_texels(scene, cache)
     surfaces, world = compile_surfaces(scene.surfaces), _world(scene.world, cache)
-    layouts = [layout(s) for s in surfaces.surfaces]
+    layouts = [layout(surfaces.surfaces[owner]) for owner in surfaces.owner]
     geometry, media = find_solids(scene, flatten(scene, layouts, cache=cache), surfaces)
     lights = compile_lights((*scene.lights, *world.suns), geometry.center, geometry.object)
     plan, lights, lamps = make_plan(scene, settings, Tables(geometry, media, surfaces, world, lights), black_texels)

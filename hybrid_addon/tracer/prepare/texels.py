@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ...expressions import expressions_of, walk
-from ...scene import Expression, Float32, Scene, Surface, Texture, World
+from ...scene import Closure, Expression, Float32, Scene, Surface, Texture, World
 from ..core.cache import SceneCache, key_of
 
 Images = Mapping[int, Texture]
@@ -76,6 +76,8 @@ def _mended_in(owner: T, mended: Images) -> T:
     def mend(value: Any) -> Any:
         if isinstance(value, Texture):
             return mended.get(id(value), value)
+        if isinstance(value, tuple) and any(isinstance(part, Closure) for part in value):
+            return tuple(Closure(mend(part.weight), mend_all(part.surface)) for part in value)
         if not isinstance(value, Expression):
             return value
         if id(value) not in known:
@@ -83,4 +85,8 @@ def _mended_in(owner: T, mended: Images) -> T:
             known[id(value)] = Expression(value.operation, inputs, mend(value.data))
         return known[id(value)]
 
-    return replace(owner, **{field.name: mend(getattr(owner, field.name)) for field in fields(owner)})
+    def mend_all(owner: Any) -> Any:
+        return replace(owner, **{field.name: mend(getattr(owner, field.name)) for field in fields(owner)})
+
+    mended_owner: T = mend_all(owner)
+    return mended_owner

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -191,7 +192,14 @@ def _check_surface(scene: Scene, number: int, surface: Surface) -> None:
         if not condition:
             raise ValueError(f"{_wearer(scene, number)}surface {surface.name!r}: {what}")
 
-    require(math.isfinite(surface.ior) and surface.ior > 0, f"ior must be a positive number, got {surface.ior}")
+    for closure in surface.closures:
+        require(not closure.surface.closures, "a closure is a sum of closures itself: list them one by one")
+        weight = np.ravel(np.asarray(0.0 if isinstance(closure.weight, Expression) else closure.weight, np.float64))
+        require(len(weight) in (1, 3) and _finite(weight), f"a closure's weight must be finite, got {closure.weight}")
+        require(float(np.min(weight)) >= 0, f"a closure's weight must not be negative, got {closure.weight}")
+        _check_surface(scene, number, replace(closure.surface, name=closure.surface.name or surface.name))
+    if not isinstance(surface.ior, Expression):
+        require(math.isfinite(surface.ior) and surface.ior > 0, f"ior must be a positive number, got {surface.ior}")
     coat_ior: Any = surface.coat_ior
     require(math.isfinite(coat_ior) and coat_ior >= 1, f"coat_ior must be at least 1, got {coat_ior}")
     constant: dict[str, Any] = {f: getattr(surface, f) for f in (*_SHARES, *_SCALARS, *_COLORS)}

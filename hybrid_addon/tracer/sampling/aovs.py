@@ -13,7 +13,7 @@ from ..core.constants import NO_DEPTH
 from ..core.stats import Stats
 from ..core.vectors import select
 from ..prepare.compiled import CompiledScene
-from ..shading.evaluate import resolve
+from ..shading.closures import closures_at
 from ..shading.interaction import interact
 from .tiles import Pixels
 
@@ -37,8 +37,14 @@ def depth_and_normal(scene: CompiledScene, pixels: Pixels, stats: Stats) -> dict
         if scene.settings.camera_sees == "RAY_TRACED":
             kept = select(scene.geometry.ray_traced.take(hits.prim))
             rays, hits = rays.take(kept), hits.take(kept)
-        at = resolve(scene.geometry, interact(scene.geometry, scene.surfaces, hits, rays), hits.t)
+        at = interact(scene.geometry, scene.surfaces, hits, rays)
         place, from_eye = chunk[rays.sample], at.point + (scene.geometry.center - eye)[:, None]
         depth[place] = -(axis @ from_eye)
         normal[place] = at.n_shading.T
+        closures = closures_at(scene, rays, at, hits.t)
+        if closures.owner is None or closures.weight is None:
+            normal[place] = closures.at.n_shading.T
+        else:  # that of the heaviest closure
+            last = np.argsort(closures.weight.max(axis=0), kind="stable")
+            normal[place[closures.owner[last]]] = closures.at.n_shading.T[last]
     return {"depth": depth.reshape(y1 - y0, x1 - x0), "normal": normal.reshape(y1 - y0, x1 - x0, 3)}

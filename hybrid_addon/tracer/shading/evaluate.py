@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...expressions import Evaluation
-from ...scene import Float32, Float64, Surface
+from ...scene import Expression, Float32, Float64, Surface
 from ..core.constants import LEAST_COSINE
 from ..core.rays import Rays
 from ..core.sampler import Draws
@@ -36,45 +36,50 @@ Numbers = NDArray[np.intp]
 def surface_hits(
     scene: CompiledScene, rays: Rays, hits: Hits, media: Stack | None = None, draws: Draws | None = None
 ) -> Interaction:
-    """What the hits of rays, none of them a miss, know: all that new rays and light ask. media, draws: of the class."""
+    """Where the hits of rays, none of them a miss, are; `closures_at` tells how they look.
+
+    media, draws : see `Interaction`.
+    """
     at = interact(scene.geometry, scene.surfaces, hits, rays, media, draws)
-    at = resolve(scene.geometry, at, hits.t)
     return with_sides(scene.geometry, scene.media, rays, at, hits.t)
 
 
 def resolve(geometry: Geometry, at: Interaction, distance: Float64) -> Interaction:
-    """The hits with values of their own where their surfaces vary, and normal maps applied.
+    """Hits on single closures with values of their own where these vary, and normal maps applied.
 
     distance : (n,) along the rays.
     """
     if not at.table.varies.take(at.surface).any():
         return at
-    assigned = _worn(geometry, at.table, at.prim, at.surface, at.point, at.entering, at.n_shading, at.wo, distance)
+    way = at.prim, at.surface, at.point, at.entering, at.n_shading, at.wo, distance
+    assigned = hit_groups(geometry, at.table, *way)
     n_shading = _turned(assigned, at.n_shading)
     cos = np.maximum(dot(at.wo, n_shading), 0)  # one that looks away from the eye is seen edge on
-    values = _with_expressions(at.table, assigned, at.table.tabulated.look_up(at.surface, cos), cos)
+    values = at.table.tabulated.look_up(at.surface, cos)
+    values = _with_expressions(at.table, assigned, values, at.surface, cos)
     at = replace(at, values=values, n_shading=n_shading)
     tangent = _tangents(assigned, n_shading)
     return at if tangent is None else _brushed(at, tangent)
 
 
 def resolve_crossings(
-    geometry: Geometry, table: SurfaceTable, told: Numbers, hits: Hits, origin: Float32, wi: Float32, seen: HitValues
-) -> HitValues:
-    """The values `seen` of n points where shadow rays cross primitives, with what expressions tell of some.
+    geometry: Geometry, table: SurfaceTable, surface: Numbers, told: Numbers, hits: Hits, origin: Float32, wi: Float32,
+    seen: HitValues,
+) -> HitValues:  # fmt: skip
+    """The values `seen` of n points where shadow rays cross single closures, with what expressions tell of some.
 
-    told             : (m,) of which.
+    surface          : (n,) closures.   told : (m,) of which.
     hits, origin, wi : of these, and their rays (3, m). Of columns there are the rows CROSSING alone.
     """
     prim, cos = hits.prim.astype(np.intp), np.abs(hits.toward)
     normal = hits.normal * -np.sign(hits.toward).astype(np.float32)
-    assigned = _worn(
-        geometry, table, prim, geometry.surface.take(prim), origin + wi * hits.t, hits.toward < 0, normal, -wi,
+    assigned = hit_groups(
+        geometry, table, prim, surface.take(told), origin + wi * hits.t, hits.toward < 0, normal, -wi,
         np.zeros(len(prim)), told,
     )  # fmt: skip
     cosines = np.zeros(len(seen.place))
     cosines[told] = cos
-    return _with_expressions(table, assigned, seen, cosines, crossing=True)
+    return _with_expressions(table, assigned, seen, surface, cosines, crossing=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +93,7 @@ class _HitGroup:
     evaluate: Evaluation
 
 
-def _worn(
+def hit_groups(
     geometry: Geometry, table: SurfaceTable, prim: Numbers, surface: Numbers, point: Float64, entering: Bools,
     normal: Float32, wo: Float32, distance: Float64, among: Index = ALL,
 ) -> list[_HitGroup]:  # fmt: skip
@@ -149,9 +154,13 @@ def _along(vector: Array, n: Float32) -> Float32:
 
 
 def _with_expressions(
-    table: SurfaceTable, assigned: list[_HitGroup], values: HitValues, cos: Array, crossing: bool = False
-) -> HitValues:
-    """The values of n hits, seen at `cos`, with what expressions tell. crossing: the rows CROSSING alone."""
+    table: SurfaceTable, assigned: list[_HitGroup], values: HitValues, surface: Numbers, cos: Array,
+    crossing: bool = False,
+) -> HitValues:  # fmt: skip
+    """The values of n hits on `surface` (n,), seen at `cos`, with what expressions tell.
+
+    crossing : the rows CROSSING alone.
+    """
     scaled = [one for one in assigned if table.tabulated.known[one.number]]
     factor: dict[str, Float32] = {}
     for one in () if crossing else scaled:
@@ -162,16 +171,20 @@ def _with_expressions(
     own = [one for one in assigned if not table.tabulated.known[one.number]]
     if not own:
         return replace(values, factors=factor)
-    columns, place = values.columns, values.place.copy()
+    columns, place, ior = values.columns, values.place.copy(), None
+    if any(isinstance(one.surface.ior, Expression) for one in own):
+        ior = table.ior.take(surface)
     rows = CROSSING if crossing else slice(None)
     found = [columns.values[rows]]
     start = columns.values.shape[1]
     for one in own:
         fields = fields_of(one.surface, one.evaluate, table.known[crossing][one.number])
+        if ior is not None and isinstance(one.surface.ior, Expression):
+            ior[one.hits] = fields["ior"]
         angle = take(cos, one.hits).astype(np.float64)
         own_columns = layered_columns(fields, angle) if one.surface.layered else plain_columns(fields, len(angle))
         found.append(own_columns[rows])
         place[one.hits] = start + np.arange(len(angle))
         start += len(angle)
     columns = replace(columns, values=np.concatenate(found, axis=1))
-    return replace(values, columns=columns, place=place, factors=factor)
+    return replace(values, columns=columns, place=place, factors=factor, ior=ior)

@@ -29,7 +29,7 @@ class Interaction:
 
     prim        : (n,) intp
     table       : the scene's surfaces
-    surface     : (n,) intp, which of them
+    surface     : (n,) intp, which of them; after `closures_at`, which closure
     values      : their numbers of the surface model
     entering    : (n,) bool, the ray comes from the primitive's outer side
     point       : (3, n) float64, in the primitive's plane
@@ -43,6 +43,7 @@ class Interaction:
     draws       : its random numbers; None: shadows are hard
     tangent     : (3, n) float32 unit vectors along brushed surfaces, 0 on others; None: all are round
     sides       : the media around hits where more than one surface is passed; None: nowhere
+    share       : (n,) float32, of the weights of all closures there, that of this one; None: it is alone
     """
 
     prim: Numbers
@@ -61,6 +62,12 @@ class Interaction:
     draws: Draws | None = None
     sides: Sides | None = None
     tangent: Float32 | None = None
+    share: Float32 | None = None
+
+    @property
+    def ior(self) -> Float64:
+        """(n,) inside over outside."""
+        return self.table.ior.take(self.surface) if self.values.ior is None else self.values.ior
 
     @cached_property
     def cos_o(self) -> Float32:
@@ -130,6 +137,7 @@ class Interaction:
             draws=None if self.draws is None else self.draws.take(index),
             sides=None if self.sides is None else self.sides.take(index),
             tangent=None if self.tangent is None else take(self.tangent, index),
+            share=None if self.share is None else take(self.share, index),
         )
 
 

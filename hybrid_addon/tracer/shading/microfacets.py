@@ -75,7 +75,7 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Sa
     # Which hits are rough, and what of their weight the base and the coat have.
     lobe, coat = at.value("lobe_roughness"), at.value("coat_roughness")
     coated = at.value("coat") - at.value("coat_blurred")
-    bent = at.value("interface") * (at.table.ior.take(at.surface) != 1)
+    bent = at.value("interface") * (at.ior != 1)
     rest = largest_component(at.value("mirror")) - coated + bent
     rest = np.where(rest > FAINT, rest, np.float32(0))
     wide: Bools = ((rest > 0) & (lobe > MIRROR_ROUGHNESS)) | ((coated > 0) & (coat > MIRROR_ROUGHNESS))
@@ -85,7 +85,10 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Sa
     both = wide & (coated > 0) & (rest > 0) & (lobe != coat)
     first = wide & (rays.depth == 0) & (rays.straight == 0)
     apart = both & first & (coat <= MIRROR_ROUGHNESS)
-    rays, at, t, index, is_last = _repeated(scene.settings.rough_samples, rays, at, t, first, apart)
+    parts = np.full(len(rays), scene.settings.rough_samples)
+    if at.share is not None:  # closures share the rays of their hit
+        parts = np.maximum(np.rint(parts * at.share).astype(np.intp), 1)
+    rays, at, t, index, is_last = _repeated(parts, rays, at, t, first, apart)
     lobe, coat, coated, rest = (a.take(index) for a in (lobe, coat, coated, rest))
     wide, both, apart = wide.take(index), both.take(index), apart.take(index)
     # Where two lobes of different roughness share a reflection, one of them.
@@ -116,7 +119,7 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Sa
 
 
 def _repeated(
-    parts: int, rays: Rays, at: Interaction, t: Float64, first: Bools, apart: Bools
+    parts: Numbers, rays: Rays, at: Interaction, t: Float64, first: Bools, apart: Bools
 ) -> tuple[Rays, Interaction, Float64, Numbers, Bools]:
     """The hits, `first` ones (n,) as many times as wanted and those `apart` (n,) once more; which of the old ones they
     are; and which of them are the last of theirs."""

@@ -20,6 +20,7 @@ from ..geometry.aggregate import Hits
 from ..geometry.flatten import Geometry
 from ..media.nested import Stack, transmittance
 from ..prepare.compiled import CompiledScene, ShadowCasters
+from .closures import closure_weights
 from .evaluate import resolve_crossings
 from .interaction import Interaction, shadow_origin
 from .scattering import both_faces, fresnel_dielectric, simple_caustic, with_film
@@ -264,13 +265,30 @@ def _transmittance(
 def _passed(scene: CompiledScene, prim: Numbers, hits: Hits, origin: Float32, d: Float32) -> Float32:
     """What share (3, n) shadow rays, from origins along d, keep of their light at a surface that they cross."""
     table, surface = scene.surfaces, scene.geometry.surface.take(prim)
+    if not table.closure_count.take(surface).any():
+        return _passed_closures(scene, surface, prim, hits, origin, d)
+    # Each closure lets its share pass.
+    owner, row, part = table.closures_of(surface)
+    entering, normal = hits.toward < 0, hits.normal * -np.sign(hits.toward).astype(np.float32)
+    way = prim, surface, origin + d * hits.t, entering, normal, -d, np.zeros(len(prim))
+    weight = closure_weights(scene.geometry, table, *way, owner, row, part)
+    share = weight * _passed_closures(scene, row, prim[owner], hits.take(owner), origin[:, owner], d[:, owner])
+    starts = flatnonzero(np.diff(owner, prepend=-1))
+    return np.asarray(np.add.reduceat(share, starts, axis=1), np.float32)
+
+
+def _passed_closures(
+    scene: CompiledScene, surface: Numbers, prim: Numbers, hits: Hits, origin: Float32, d: Float32
+) -> Float32:
+    """The same of single closures `surface` (n,)."""
+    table = scene.surfaces
     cos = np.abs(hits.toward)
     seen = table.tabulated.look_up(surface, cos.astype(np.float32))
     told = flatnonzero(table.varies_through.take(surface))
     if len(told):
         way = take(origin, told), take(d, told)
-        seen = resolve_crossings(scene.geometry, table, told, hits.take(told), *way, seen)
-    ior = table.ior.take(surface)
+        seen = resolve_crossings(scene.geometry, table, surface, told, hits.take(told), *way, seen)
+    ior = table.ior.take(surface) if seen.ior is None else seen.ior
     thin = scene.media.is_thin(prim)
     once = fresnel_dielectric(cos.astype(np.float32), ior.astype(np.float32))
     if table.filmed.any():

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32, Float64
-from ..core.constants import MAX_STRAIGHT_CROSSINGS, MIRROR_ROUGHNESS
+from ..core.constants import MAX_STRAIGHT_CROSSINGS, MIRROR_ROUGHNESS, MISS
 from ..core.rays import NO_BRANCH, REFLECTED_RAY, REFLECTION, REFRACTION, TRANSMITTED_RAY, Rays
 from ..core.stats import Stats
 from ..core.vectors import Index, count, flatnonzero, largest_component, most, normalize, put, select, take
@@ -114,7 +114,7 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
     optical = most(is_optical)
     if count(optical, n):
         outside = at.entering if thin is None else at.entering | thin
-        ior, prim = at.table.ior.take(take(at.surface, optical)), take(at.prim, optical)
+        ior, prim = take(at.ior, optical), take(at.prim, optical)
         cosine = np.clip(take(at.cos_o, optical), 0, 1).astype(np.float64)
         relative = scene.media.eta(take(rays.media, optical), prim, ior, take(outside, optical))
         if at.sides is not None:
@@ -124,7 +124,7 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
         fresnel[optical] = fresnel_dielectric(cosine, relative)
         if scene.surfaces.filmed.any():
             filmed = flatnonzero(is_optical & at.table.filmed.take(at.surface))
-            fresnel = with_film(fresnel, filmed, cos_i, eta, outside, at.table.ior.take(at.surface), at.values)
+            fresnel = with_film(fresnel, filmed, cos_i, eta, outside, at.ior, at.values)
     bends = eta != 1
     if thin is not None:
         fresnel, tint = both_faces(fresnel, tint, thin)
@@ -229,6 +229,7 @@ def _child(
     weight: Float32,
     media: NDArray[np.int32],
     unlit: Bools,
+    closure: NDArray[np.int32],
     path_kind: np.uint32,
 ) -> Rays:
     """Rays that the hits `index` bend, one bounce deeper. path_kind: REFLECTED or TRANSMITTED."""
@@ -245,6 +246,7 @@ def _child(
         kind=np.full(n, REFLECTED_RAY if path_kind == REFLECTED else TRANSMITTED_RAY),
         unlit=unlit,
         receiver=np.broadcast_to(take(at.prim, index).astype(np.int32), (len(rays.receiver), n)),
+        closure=closure,
         path=child_path(take(rays.path, index), path_kind),
         branch=_child_branch(take(rays.branch, index), path_kind),
     )
@@ -262,10 +264,10 @@ def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, stats: S
         normal = reflecting_normal(wo, normal, take(at.n_geometric, index))
     direction = normalize(reflect(wo, normal))
     stats.add("reflected", direction.shape[1])
-    media, unlit = take(rays.media, index), take(split.unlit, index)
+    media, unlit, closure = take(rays.media, index), take(split.unlit, index), take(rays.closure, index)
     if at.sides is not None:
         media = at.sides.amend(media, index, beyond=False)
-    return _child(rays, at, index, take(at.outer, index), direction, split.reflected, media, unlit, REFLECTED)
+    return _child(rays, at, index, take(at.outer, index), direction, split.reflected, media, unlit, closure, REFLECTED)
 
 
 def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, stats: Stats) -> Rays:
@@ -279,8 +281,11 @@ def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, 
     unlit = take(rays.unlit, index)
     if scene.plan.rough and scene.plan.specular:
         unlit = unlit | take(at.glows, index)
-    media = _beyond(scene, rays, at, index, stats)
-    return _child(rays, at, index, at.inner(index), direction, split.transmitted, media, unlit, TRANSMITTED)
+    media, closure = _beyond(scene, rays, at, index, stats), take(rays.closure, index)
+    if len(closure):
+        closure = np.where(take(at.entering, index), take(at.surface, index), MISS).astype(np.int32)[None]
+    inner = at.inner(index)
+    return _child(rays, at, index, inner, direction, split.transmitted, media, unlit, closure, TRANSMITTED)
 
 
 def _beyond(scene: CompiledScene, rays: Rays, at: Interaction, index: Index, stats: Stats) -> NDArray[np.int32]:

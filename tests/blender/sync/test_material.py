@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import bpy
 import numpy as np
 import pytest
@@ -14,9 +12,11 @@ from hybrid_addon.blender.sync import Warnings
 from hybrid_addon.blender.sync.image import Images
 from hybrid_addon.blender.sync.material import Surfaces, customised, translate_material, warn_of_roughness
 from hybrid_addon.blender.sync.settings import CustomSurface
-from hybrid_addon.blender.sync.shaders import blend, blend_is_exact, shares
+from hybrid_addon.blender.sync.shaders import shares
+from hybrid_addon.blender.sync.sums import added
+from hybrid_addon.blender.sync.sums import mixed as blend
 from hybrid_addon.expressions import walk
-from hybrid_addon.scene import BLACK, WHITE, Surface
+from hybrid_addon.scene import BLACK, WHITE, Expression, Surface
 
 pytestmark = pytest.mark.blender
 GOLD = (1.0, 0.75, 0.25)
@@ -132,9 +132,9 @@ def test_alpha_metal_and_transmission_share_the_light_out(material):
     assert shares(surface) == pytest.approx((0.5, 0.25, 0.25))
     assert list(material.warn) == []
     surface = principled(material, Alpha=0.75, Transmission_Weight=1.0, Roughness=0.0, IOR=1.7)
-    assert shares(surface) == pytest.approx((0.0, 0.0, 1.0))
-    assert surface.ior == pytest.approx(1.7)
-    assert "alpha and transmission" in next(iter(material.warn))
+    assert [c.weight for c in surface.closures] == pytest.approx([0.75, 0.25])
+    assert [shares(c.surface) for c in surface.closures] == [(0, 0, 1), (0, 0, 1)]
+    assert [c.surface.ior for c in surface.closures] == pytest.approx([1.7, 1.0])
 
 
 def test_emission_is_colour_times_strength(material):
@@ -195,10 +195,11 @@ def mixed(material, first, second, factor):
 def test_transparent_mixed_with_diffuse_is_exact(material):
     clear = material.add("ShaderNodeBsdfTransparent", Color=(0.5, 1, 1, 1))
     surface = mixed(material, clear, material.add("ShaderNodeBsdfDiffuse", Color=(*GOLD, 1)), 0.25)
-    assert shares(surface) == pytest.approx((0.0, 0.25, 0.75))
-    assert surface.base_color == pytest.approx(GOLD)
-    assert surface.transmission_tint == pytest.approx((0.5, 1, 1))
-    assert surface.ior == 1.0
+    (share, pane), (rest, cloth) = ((c.weight, c.surface) for c in surface.closures)
+    assert (share, rest) == pytest.approx((0.75, 0.25))
+    assert cloth.base_color == pytest.approx(GOLD)
+    assert pane.transmission_tint == pytest.approx((0.5, 1, 1))
+    assert pane.ior == 1.0
     assert list(material.warn) == []
 
 
@@ -208,45 +209,52 @@ def test_a_factor_of_0_or_1_takes_one_side(material, factor, expected):
     assert mixed(material, glossy, material.add("ShaderNodeBsdfDiffuse"), factor).reflectivity == expected
 
 
-def test_two_glasses_are_averaged_with_a_warning(material):
+def test_two_glasses_are_a_sum_of_both(material):
     thin = material.add("ShaderNodeBsdfGlass", IOR=1.2, Roughness=0.0)
     surface = mixed(material, thin, material.add("ShaderNodeBsdfGlass", IOR=1.8, Roughness=0.0), 0.75)
-    assert surface.ior == pytest.approx(1.8)
-    assert "approximated by one average surface" in next(iter(material.warn))
-
-
-def test_blending_conserves_light():
-    first = Surface(reflectivity=0.3, opacity=0.2, base_color=(1, 0, 0))
-    second = Surface(reflectivity=0.1, opacity=0.9, base_color=(0, 1, 0))
-    blended = blend(first, second, 0.4)
-    expected = [0.6 * a + 0.4 * b for a, b in zip(shares(first), shares(second), strict=True)]
-    assert shares(blended) == pytest.approx(expected)
-    light = blended.base_color[0] * shares(blended)[1]
-    assert light == pytest.approx(0.6 * shares(first)[1])  # the red share of the local light
-    assert shares(blend(first, second, 0.0)) == pytest.approx(shares(first))
-
-
-def test_exactness_is_judged_by_what_both_have():
-    assert blend_is_exact(Surface(base_color=(1, 0, 0)), Surface(base_color=(0, 1, 0)))
-    assert not blend_is_exact(Surface(specular=WHITE, roughness=0.1), Surface(specular=WHITE, roughness=0.9))
-    assert not blend_is_exact(Surface(opacity=0.0, ior=1.0), Surface(opacity=0.0, ior=1.5))
-    mirror = Surface(reflectivity=1.0, reflection_tint=(1, 0, 0))
-    assert not blend_is_exact(mirror, Surface(reflectivity=0.5))
-    assert blend_is_exact(mirror, Surface(base_color=(1, 0, 0)))
-    cloth = Surface(layered=True, sheen=0.5)
-    assert blend_is_exact(cloth, replace(cloth, base_color=(1, 0, 0)))
-    assert not blend_is_exact(cloth, replace(cloth, sheen=0.25))
-    assert not blend_is_exact(cloth, replace(cloth, coat=0.25))
-
-
-def test_unlike_sheen_is_warned_of_where_two_shaders_are_mixed(material):
-    def cloth(weight):
-        return material.add("ShaderNodeBsdfPrincipled", **{"Sheen Weight": weight})
-
-    mixed(material, cloth(0.5), cloth(0.5), 0.5)
+    assert [c.weight for c in surface.closures] == pytest.approx([0.25, 0.75])
+    assert [c.surface.ior for c in surface.closures] == pytest.approx([1.2, 1.8])
     assert list(material.warn) == []
-    mixed(material, cloth(0.5), cloth(0.1), 0.5)
-    assert len(list(material.warn)) == 1
+
+
+def test_sums_within_sums_are_one_list():
+    first, second = Surface(reflectivity=0.3, base_color=(1, 0, 0)), Surface(opacity=0.9, base_color=(0, 1, 0))
+    inner = blend(first, second, 0.4)
+    outer = added(inner, blend(first, inner, 0.5))
+    assert [c.surface for c in outer.closures] == [first, second]
+    assert [c.weight for c in outer.closures] == pytest.approx([0.6 + 0.5 + 0.3, 0.4 + 0.2])
+
+
+def test_what_one_closure_holds_is_one():
+    red, green = Surface(base_color=(1, 0, 0)), Surface(base_color=(0, 1, 0))
+    assert blend(red, green, 0.25).base_color == pytest.approx((0.75, 0.25, 0))
+    assert added(red, green).base_color == (1, 1, 0)
+    assert blend(red, red, 0.25).closures == ()
+    glow = Surface(base_color=BLACK, emission=(1, 2, 3))
+    assert added(glow, glow).emission == (2, 4, 6)
+    assert added(red, glow).emission == (1, 2, 3) and added(red, glow).base_color == (1, 0, 0)
+    mirror = Surface(reflectivity=1.0)
+    assert len(blend(mirror, glow, 0.5).closures) == len(blend(red, mirror, 0.5).closures) == 2
+    assert blend(mirror, Surface(base_color=BLACK), 0.25).closures[0].weight == 0.75  # nothing is no closure
+    assert added(mirror, mirror).closures[0].weight == 2.0
+
+
+def test_alpha_and_transmission_together_are_a_sum(material):
+    b_node = material.add("ShaderNodeBsdfPrincipled", **{"Transmission Weight": 1.0, "Alpha": 0.25, "IOR": 1.3})
+    surface = material.shade(b_node)
+    (glass_weight, glass), (clear_weight, clear) = ((c.weight, c.surface) for c in surface.closures)
+    assert (glass_weight, clear_weight) == pytest.approx((0.25, 0.75))
+    assert glass.ior == pytest.approx(1.3) and shares(glass) == (0, 0, 1)
+    assert clear.ior == 1.0 and shares(clear) == (0, 0, 1)
+    assert list(material.warn) == []
+
+
+def test_an_ior_that_varies(material):
+    b_node = material.add("ShaderNodeBsdfGlass", Roughness=0.0)
+    b_facing = material.add("ShaderNodeLayerWeight")
+    material.link(b_facing.outputs["Facing"], b_node.inputs["IOR"])
+    assert isinstance(material.shade(b_node).ior, Expression)
+    assert list(material.warn) == []
 
 
 def test_emission_adds_to_another_shader(material):

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sums: one hit for each closure that answers a ray.
+
+A surface is a sum of weighted closures (`scene.Closure`). A hit on several becomes as many hits of the same place, each
+with the throughput of its ray times its closure's weight: whatever follows knows single closures only. Where they are
+many, the heaviest are kept and some of the others drawn, which stand for the rest (see `branch_selection`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene import Expression, Float32, Float64
+from ..core.constants import MOST_CLOSURES, MOST_FIRST_CLOSURES
+from ..core.rays import Rays
+from ..core.sampler import hash32
+from ..core.vectors import flatnonzero, largest_component, write
+from ..film.branch_selection import draw
+from ..film.error_budget import budget_units
+from ..geometry.flatten import Geometry
+from ..materials.columns import HitValues
+from ..materials.fields import limited
+from ..materials.surfaces import SurfaceTable
+from ..prepare.compiled import CompiledScene
+from .evaluate import hit_groups, resolve
+from .interaction import Interaction
+
+Bools = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
+UInt32 = NDArray[np.uint32]
+
+CLOSURE = np.uint32(0x6A09E667)
+"""Dimension of the sampler that closures are drawn in, where they are too many."""
+LEAST_CHANCE = 1e-6
+"""Random numbers keep so far from 0 and 1: what is drawn with them stays finite."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClosureHits:
+    """Hits (m,) of single closures, with all that new rays and light ask.
+
+    rays, at, t : the rays carry the weights of the closures; t (m,) float64 along them.
+    owner       : (m,) intp ascending, which of the hits each stands at; None: each at its own.
+    weight      : (3, m) float32, of the closures; None: all are 1.
+    left_out    : samples (k,) and weights (k,) of closures that others stand for; None: all are there.
+    """
+
+    rays: Rays
+    at: Interaction
+    t: Float64
+    owner: Numbers | None = None
+    weight: Float32 | None = None
+    left_out: tuple[Numbers, Float32] | None = None
+
+
+def closures_at(
+    scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, most: int = 0, chance: Float64 | None = None
+) -> ClosureHits:
+    """One hit for each closure that answers rays (n,) at their hits, at distances t (n,).
+
+    most : closures for each hit; 0: MOST_FIRST_CLOSURES for camera rays, MOST_CLOSURES for all others.
+    chance : (n,) random numbers between 0 and 1 that they are drawn by; None: those of the hits.
+    """
+    table = at.table
+    if not table.closure_count.take(at.surface).any():
+        return ClosureHits(rays, resolve(scene.geometry, at, t), t)
+    # Each closure, and its weight here.
+    owner, row, part = table.closures_of(at.surface)
+    way = at.prim, at.surface, at.point, at.entering, at.n_shading, at.wo, t
+    weight = closure_weights(scene.geometry, table, *way, owner, row, part)
+    if len(rays.closure):
+        weight = _as_entered(table, rays, at, owner, row, weight)
+    # Those that bring something; of too many, those that are drawn.
+    heaviest = largest_component(weight)
+    kept = flatnonzero(heaviest > 0)
+    owner, row, part, weight, heaviest = owner[kept], row[kept], part[kept], weight[:, kept], heaviest[kept]
+    if most == 0:
+        first = (rays.depth == 0) & (rays.straight == 0)
+        limit = np.where(first, MOST_FIRST_CLOSURES, MOST_CLOSURES)
+    else:
+        limit = np.full(len(rays), most)
+    left_out = None
+    number = np.bincount(owner, minlength=len(rays))
+    crowded = flatnonzero((number > limit)[owner])
+    if len(crowded):
+        if chance is None:
+            chance = np.full(len(rays), 0.5) if at.draws is None else at.draws.square(CLOSURE)[0].astype(np.float64)
+        some = owner[crowded]
+        chances = np.clip(chance[some], LEAST_CHANCE, 1 - LEAST_CHANCE)
+        factor = np.ones(len(owner))
+        factor[crowded] = draw(some, budget_units(heaviest[crowded]), limit[some], chances)
+        gone = flatnonzero(factor == 0)
+        left_out = rays.sample[owner[gone]], heaviest[gone] * largest_component(rays.throughput)[owner[gone]]
+        kept = flatnonzero(factor)
+        weight = (weight[:, kept] * factor[kept]).astype(np.float32)
+        owner, row, part = owner[kept], row[kept], part[kept]
+    # One hit for each.
+    rays_of = rays.take(owner)
+    path = rays_of.path
+    if len(path):
+        path = np.where(part > 0, hash32(path ^ hash32(part.astype(np.uint32))), path)
+    rays_of = replace(rays_of, throughput=rays_of.throughput * weight, path=path)
+    of = replace(at.take(owner), surface=row, values=HitValues(table.columns, row), share=_shares(owner, weight))
+    return ClosureHits(rays_of, resolve(scene.geometry, of, t[owner]), t[owner], owner, weight, left_out)
+
+
+def closure_path(path: UInt32, part: int) -> UInt32:
+    """Paths (rows, n) of the hits on closure `part` of the surfaces that rays met."""
+    return hash32(path ^ hash32(np.array([part], np.uint32))) if part and len(path) else path
+
+
+def _shares(owner: Numbers, weight: Float32) -> Float32:
+    """(m,) of the weights (3, m) of all closures at one hit, each's."""
+    heaviest = largest_component(weight).astype(np.float64)
+    total = np.bincount(owner, heaviest)[owner]
+    return np.asarray(heaviest / np.maximum(total, LEAST_CHANCE), np.float32)
+
+
+def _as_entered(
+    table: SurfaceTable, rays: Rays, at: Interaction, owner: Numbers, row: Numbers, weight: Float32
+) -> Float32:
+    """The weights (3, m), where rays leave a solid of several glasses by the one by which they have entered it.
+
+    So a solid that is half of one glass and half of another looks like the mean of both, as EEVEE draws it, and not
+    like a solid that is of one glass in front and of the other behind. That one passes as much as all would.
+    """
+    entered = rays.closure[0].take(owner)
+    known = (
+        (entered >= 0) & ~at.entering.take(owner) & (table.owner.take(entered, mode="wrap") == at.surface.take(owner))
+    )
+    bends = flatnonzero(known & table.refracts.take(row))
+    total = np.zeros((3, len(rays)), np.float32)
+    np.add.at(total, (slice(None), owner[bends]), weight[:, bends] * table.tint[:, row[bends]])
+    mine = bends[row[bends] == entered[bends]]
+    tint = table.tint[:, row[mine]]
+    result = weight.copy()
+    result[:, bends] = 0
+    result[:, mine] = np.where(tint > 0, total[:, owner[mine]] / np.where(tint > 0, tint, 1), 0)
+    return result
+
+
+def closure_weights(
+    geometry: Geometry, table: SurfaceTable, prim: Numbers, surface: Numbers, point: Float64, entering: Bools,
+    normal: Float32, wo: Float32, distance: Float64, owner: Numbers, row: Numbers, part: Numbers,
+) -> Float32:  # fmt: skip
+    """(3, m) float32, >= 0, of the closures `row` (m,), the `part`-th (m,) of the surfaces at places `owner` (m,).
+
+    prim, surface, point, entering, normal, wo, distance : of the n places, as in `Interaction`.
+    """
+    weight: Float32 = table.closure_weight.take(row, axis=1)
+    for one in hit_groups(geometry, table, prim, surface, point, entering, normal, wo, distance):
+        for number, closure in enumerate(one.surface.closures):
+            if isinstance(closure.weight, Expression):
+                values = np.zeros((3, len(prim)), np.float32)
+                write(
+                    values,
+                    one.hits,
+                    np.broadcast_to(limited("weight", one.evaluate(closure.weight)), (3, len(one.hits))),
+                )
+                place = flatnonzero((surface[owner] == one.number) & (part == number))
+                weight[:, place] = values[:, owner[place]]
+    return weight
