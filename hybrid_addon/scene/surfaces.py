@@ -87,6 +87,9 @@ class Surface:
                          roughness^2 x stretch (a groove along the tangent has a stretch above 1). tangent: a vector of
                          any length, brought into the plane of the shading normal; None, or a stretch of 1: round.
     translucent        : its diffuse light is what falls on its other side.
+    multiscatter       : light that one microfacet sends to the next is not lost.
+    coat_shows         : the coat's own reflection is there, not only what it takes from what is below. (A coat with a
+                         normal of its own is a closure of its own.)
     coat, coat_*       : weight 0..1, roughness, IOR of a clear coat, and the tint it gives to what is below.
     sheen, sheen_*     : weight, roughness and colour of the fuzz on top.
     absorption         : RGB, 1/m, >= 0: light that goes d metres through the solid keeps exp(-absorption d) of itself
@@ -123,6 +126,8 @@ class Surface:
     stretch: Number = 1.0
     tangent: Expression | None = None
     translucent: bool = False
+    multiscatter: bool = True
+    coat_shows: bool = True
     coat: Number = 0.0
     coat_roughness: Number = 0.03
     coat_ior: float = 1.5

@@ -85,37 +85,40 @@ def specular(node: Node, reader: NodeReader, ior: Any) -> Any:
     return ex.as_color(ex.apply("minimum", ex.times(color(reader, node, "Specular Tint"), f0), 1.0))
 
 
-def coat_and_sheen(node: Node, reader: NodeReader) -> dict[str, Any]:
-    """The fields of the layers that are there."""
-    fields: dict[str, Any] = {}
-    coat = number(reader, node, "Coat Weight")
-    if isinstance(coat, Expression) or coat > 0.0:
-        fields.update(
-            coat=coat,
-            coat_roughness=ex.clamped(number(reader, node, "Coat Roughness")),
-            coat_ior=max(reader.number(node, "Coat IOR"), 1.0),
-            coat_tint=color(reader, node, "Coat Tint"),
-        )
-    sheen = number(reader, node, "Sheen Weight")
-    if isinstance(sheen, Expression) or sheen > 0.0:
-        fields.update(
-            sheen=sheen,
-            sheen_roughness=ex.clamped(number(reader, node, "Sheen Roughness")),
-            sheen_tint=color(reader, node, "Sheen Tint"),
-        )
-    return fields
-
-
-def specular_bsdf(node: Node, reader: NodeReader) -> dict[str, Any]:
-    """EEVEE's Specular BSDF (gpu_shader_material_eevee_specular.glsl); its coat counts a quarter."""
-    fields: dict[str, Any] = {
-        "base_color": color(reader, node, "Base Color"),
-        "specular": ex.as_color(ex.clamped(color(reader, node, "Specular"))),
-        "emission": color(reader, node, "Emissive Color"),
-        "ior": 1.0,
+def coat(node: Node, reader: NodeReader) -> dict[str, Any]:
+    """Of the coat, if there is one."""
+    weight = number(reader, node, "Coat Weight")
+    if not isinstance(weight, Expression) and weight <= 0.0:
+        return {}
+    return {
+        "coat": weight,
+        "coat_roughness": ex.clamped(number(reader, node, "Coat Roughness")),
+        "coat_ior": max(reader.number(node, "Coat IOR"), 1.0),
+        "coat_tint": color(reader, node, "Coat Tint"),
     }
-    coat = ex.clamped(number(reader, node, "Clear Coat"))
-    if coat != 0.0:
-        roughness = ex.clamped(number(reader, node, "Clear Coat Roughness"))
-        fields |= {"coat": ex.times(0.25, coat), "coat_roughness": roughness}
-    return fields
+
+
+def sheen(node: Node, reader: NodeReader) -> dict[str, Any]:
+    """Of the sheen, if there is one."""
+    weight = number(reader, node, "Sheen Weight")
+    if not isinstance(weight, Expression) and weight <= 0.0:
+        return {}
+    return {
+        "sheen": weight,
+        "sheen_roughness": ex.clamped(number(reader, node, "Sheen Roughness")),
+        "sheen_tint": color(reader, node, "Sheen Tint"),
+    }
+
+
+def translucency(node: Node, reader: NodeReader) -> Any:
+    """Share of the diffuse light of a thin wall's subsurface that comes from its other side, as in EEVEE."""
+    if not is_thin_wall(node):
+        return 0.0
+    weight = ex.clamped(number(reader, node, "Subsurface Weight"))
+    forward = ex.clamped(ex.times(0.5, ex.plus(1.0, number(reader, node, "Subsurface Anisotropy"))))
+    return ex.times(weight, forward)
+
+
+def is_thin_wall(node: Node) -> bool:
+    """Whether it is (Blender 5.2)."""
+    return node.has_input("Thin Wall") and bool(node.input("Thin Wall").value())

@@ -24,7 +24,7 @@ from . import value_nodes as _registered  # noqa: F401
 from .conductor import conductor_tints
 from .coverage import name_sockets
 from .nodes import Node, Socket
-from .sums import added, may_be, mixed, weighted
+from .sums import added, each, may_be, mixed, weighted
 from .texture import NodeReader
 from .values import color, emitted, number, once, vector
 
@@ -54,11 +54,11 @@ def surface_from(socket: Socket, reader: NodeReader, depth: int = 0) -> Surface:
     return surface if surface.closures else replace(surface, normal=_normal(node, reader))
 
 
-def _normal(node: Node, reader: NodeReader) -> Expression | None:
+def _normal(node: Node, reader: NodeReader, name: str = "Normal") -> Expression | None:
     """What is linked to the shader's Normal, if it can be followed."""
-    if not node.has_input("Normal") or node.input("Normal").node() is None:
+    if not node.has_input(name) or node.input(name).node() is None:
         return None
-    value = vector(reader, node, "Normal")
+    value = vector(reader, node, name)
     return value if isinstance(value, Expression) else None
 
 
@@ -66,7 +66,29 @@ def _normal(node: Node, reader: NodeReader) -> Expression | None:
 
 
 def _principled(node: Node, reader: NodeReader) -> Surface:
-    return _principled_body(node, reader, _unit(number(reader, node, "Alpha")))
+    alpha = _unit(number(reader, node, "Alpha"))
+    surface = _principled_body(node, reader, alpha)
+    normal, coat_normal = _normal(node, reader), _normal(node, reader, "Coat Normal")
+    coat, through = lobes.coat(node, reader), lobes.translucency(node, reader)
+    if not (coat and normal is not coat_normal) and not may_be(through):
+        return surface
+    parts, changed = [], dict[str, Any](normal=normal)
+    if coat and normal is not coat_normal:
+        parts.append((alpha, replace(_opaque(BLACK), layered=True, normal=coat_normal, **coat)))
+        changed["coat_shows"] = False
+    if may_be(through):
+        passes = Surface(base_color=color(reader, node, "Base Color"), translucent=True, normal=normal)
+        body = (
+            ex.rest(_unit(number(reader, node, "Metallic"))),
+            ex.rest(_unit(number(reader, node, "Transmission Weight"))),
+        )
+        parts.append((ex.times(alpha, *body, through), passes))
+
+    def without(closure: Surface) -> Surface:
+        """A closure without what has closures of its own."""
+        return replace(closure, base_color=ex.as_color(ex.times(ex.rest(through), closure.base_color)), **changed)
+
+    return weighted((1.0, each(surface, lambda closure: without(closure) if closure.layered else closure)), *parts)
 
 
 def _principled_body(node: Node, reader: NodeReader, alpha: Share) -> Surface:
@@ -99,9 +121,15 @@ def _principled_body(node: Node, reader: NodeReader, alpha: Share) -> Surface:
         ior=ior if thin or bent or not may_be(straight) else 1.0,
         thin=thin,
         **film,
+        multiscatter=_multiscatter(node),
         **lobes.principled_grain(node, reader, "Anisotropic", "Anisotropic Rotation"),
-        **lobes.coat_and_sheen(node, reader),
+        **lobes.coat(node, reader),
+        **lobes.sheen(node, reader),
     )
+
+
+def _multiscatter(node: Node) -> bool:
+    return bool(node.b_node.distribution == "MULTI_GGX")
 
 
 def _glass(node: Node, reader: NodeReader) -> Surface:
@@ -115,12 +143,13 @@ def _glass(node: Node, reader: NodeReader) -> Surface:
         interface_tint=tint,
         transmission_tint=tint,
         ior=lobes.index(_ior(node, reader), film),
+        multiscatter=_multiscatter(node),
         **film,
     )
 
 
 def _refraction(node: Node, reader: NodeReader) -> Surface:
-    return replace(_glass(node, reader), reflection_tint=WHITE, interface_tint=BLACK)
+    return replace(_glass(node, reader), reflection_tint=WHITE, interface_tint=BLACK, multiscatter=True)
 
 
 def _transparent(node: Node, reader: NodeReader) -> Surface:
@@ -146,6 +175,7 @@ def _metal(tint: Any, edge: Any, node: Node, reader: NodeReader) -> Surface:
         "reflection_tint": tint,
         "edge_tint": edge,
         "roughness": _roughness(node, reader),
+        "multiscatter": _multiscatter(node),
     }
     return replace(_shared(1.0, 0.0, 0.0), layered=True, **fields)
 
@@ -165,9 +195,30 @@ def _sheen(node: Node, reader: NodeReader) -> Surface:
 
 
 def _specular_bsdf(node: Node, reader: NodeReader) -> Surface:
-    clear = _unit(number(reader, node, "Transparency"))
-    fields = {**lobes.specular_bsdf(node, reader), "roughness": _roughness(node, reader)}
-    return replace(_shared(0.0, ex.rest(clear), clear), layered=True, **fields)
+    """EEVEE's own (gpu_shader_material_eevee_specular.glsl): a sum, in which nothing takes light from another."""
+    clear, coat = (_unit(number(reader, node, name)) for name in ("Transparency", "Clear Coat"))
+    alpha, normal = ex.rest(clear), _normal(node, reader)
+    black = replace(_opaque(BLACK), layered=True)
+    gloss = replace(
+        black,
+        specular=ex.as_color(_unit(color(reader, node, "Specular"))),
+        roughness=_roughness(node, reader),
+        multiscatter=False,
+        normal=normal,
+    )
+    varnish = replace(
+        black,
+        coat=1.0,
+        coat_roughness=_unit(number(reader, node, "Clear Coat Roughness")),
+        normal=_normal(node, reader, "Clear Coat Normal"),
+    )
+    return weighted(
+        (1.0, replace(_opaque(BLACK), emission=color(reader, node, "Emissive Color"))),
+        (alpha, replace(_opaque(color(reader, node, "Base Color")), normal=normal)),
+        (alpha, gloss),
+        (ex.times(0.25, alpha, coat), varnish),
+        (clear, replace(_shared(0.0, 0.0, 1.0), ior=1.0)),
+    )
 
 
 def _emission(node: Node, reader: NodeReader) -> Surface:

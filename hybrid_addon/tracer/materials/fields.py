@@ -27,6 +27,8 @@ SHARES = ("reflectivity", "opacity", "roughness", "coat_roughness", "sheen_rough
 """Of these, what lies between 0 and 1."""
 
 
+CONSTANT = ("ambient", "diffuse", "coat_ior", "multiscatter", "coat_shows")
+"""What no expression gives."""
 TYPICAL_IOR = 1.45
 """Stands for an IOR that varies where one is wanted for all of a surface: of a solid, for what lies in it."""
 MIN_IOR = 1e-5
@@ -37,7 +39,7 @@ LEAST = {"stretch": 1e-2}
 
 def constants(surface: Surface) -> dict[str, float]:
     """What is the same all over; a typical IOR where it varies."""
-    found = {name: float(getattr(surface, name)) for name in ("ambient", "diffuse", "coat_ior")}
+    found = {name: float(getattr(surface, name)) for name in CONSTANT}
     ior = TYPICAL_IOR if isinstance(surface.ior, Expression) else float(surface.ior)
     return {**found, **iors(surface, ior)}
 

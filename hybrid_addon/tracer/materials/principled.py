@@ -105,21 +105,23 @@ def _bilinear(table: Array, cos: Array, roughness: Array) -> Array:
     return result
 
 
-def reflectance(f0: Float64, f90: Float64 | float, sums: Float64) -> Float64:
+def reflectance(f0: Float64, f90: Float64 | float, sums: Float64, multiscatter: bool = True) -> Float64:
     """Albedo (3, n) of a lobe with Schlick's Fresnel, with the light that the microfacets scatter more than once."""
     single = f0 * sums[0] + f90 * sums[1]
+    if not multiscatter:
+        return np.asarray(single)
     missing = 1 - (sums[0] + sums[1])
     mean = f0 + (f90 - f0) / 21
     result: Float64 = single + single * mean / (1 - missing * mean) * missing
     return result
 
 
-def metal_reflectance(f0: Float64, edge: Float64 | None, sums: Float64) -> Float64:
+def metal_reflectance(f0: Float64, edge: Float64 | None, sums: Float64, multiscatter: bool = True) -> Float64:
     """Albedo (3, n) of a metal: Schlick's, less a (1 - edge tint) of itself at 82 degrees; None: f0 at all angles."""
     if edge is None:
-        return reflectance(f0, f0, sums)
+        return reflectance(f0, f0, sums, multiscatter)
     excess = _at_the_edge(f0, 1.0) * (1 - edge) / (EDGE_COSINE * (1 - EDGE_COSINE) ** 6)
-    result: Float64 = np.clip(reflectance(f0, 1.0, sums) - excess * sums[2], 0, 1)
+    result: Float64 = np.clip(reflectance(f0, 1.0, sums, multiscatter) - excess * sums[2], 0, 1)
     return result
 
 
@@ -164,6 +166,7 @@ class _Film:
         """cos, sums: (n,) and (3, n), of `albedos`."""
         self.thickness, self.index = f["film"], np.maximum(f["film_ior"], MIN_FILM_IOR)
         self.single = (sums[0] + sums[1])[None]
+        self.missing = (1 - self.single) * f["multiscatter"]
         self.angles = [(np.asarray(cos)[None], 1.0)]
         if (f["roughness"] > MIRROR_ROUGHNESS).any():
             alpha = f["roughness"].T[:, :, None].clip(1e-2) ** 2
@@ -178,8 +181,7 @@ class _Film:
         scale : of what the film reflects.
         """
         mean = scale * sum(share * film_reflectance(c, self.thickness, self.index, n, k) for c, share in self.angles)
-        missing = 1 - self.single
-        filmed = mean * self.single * (1 + mean / (1 - missing * mean) * missing)
+        filmed = mean * self.single * (1 + mean / (1 - self.missing * mean) * self.missing)
         return np.asarray(faded_in(self.thickness, bare, filmed))
 
     def over_dielectric(self, bare: Float64, f0: Float64) -> Float64:
@@ -199,6 +201,8 @@ def layered_columns(f: Fields, cos: Float64) -> Float32:
     traced, coat_traced = f["roughness"] < TRACED_ROUGHNESS, f["coat_roughness"] < TRACED_ROUGHNESS
     sums = albedos(cos, f["roughness"][0])
     film = _Film(f, cos, sums) if f["film"].any() else None
+    multiscatter = bool(f["multiscatter"].all())
+    kept = 1.0 if multiscatter else sums[0] + sums[1]
 
     sheen: Array = np.zeros((1, 1))
     if f["sheen"].any():
@@ -210,7 +214,7 @@ def layered_columns(f: Fields, cos: Float64) -> Float32:
     lobe: Array = np.zeros((1, 1))
     if metal.any():
         color, edge = f["reflection_tint"], f.get("edge_tint")
-        reflected = metal_reflectance(color, edge, sums)
+        reflected = metal_reflectance(color, edge, sums, multiscatter)
         if film is not None:
             reflected = film.over(reflected, *metal_index(color, _at_the_edge(color, edge), f.get("metal_ior")))
         lobe = under * metal * reflected
@@ -219,21 +223,21 @@ def layered_columns(f: Fields, cos: Float64) -> Float32:
         pane, passed = _pane(f, cos, sums, film)
         lobe = lobe + under * passing * pane
     f0 = f["specular"]
-    dielectric = reflectance(f0, grazing_reflectance(f0), sums) if f0.any() else np.zeros((1, 1))
+    dielectric = reflectance(f0, grazing_reflectance(f0), sums, multiscatter) if f0.any() else np.zeros((1, 1))
     if film is not None:
         dielectric = film.over_dielectric(dielectric, f0)
     gloss = under * body * dielectric
     shown = lobe + gloss
     if passing.any():
         f0 = normal_reflectance(f["ior"])
-        once = reflectance(f0, grazing_reflectance(f0), sums)
+        once = reflectance(f0, grazing_reflectance(f0), sums, multiscatter)
         once = once if film is None else film.over(once, f["ior"])
         interface = under * passing * f["interface_tint"] * once
         shown = shown + np.where(f["ior"] == 1, 0, interface)
 
     through = np.where(bare, 1.0, tint)
     changed = {
-        "interface": np.where(bare, passing, passing * below),
+        "interface": np.where(bare, passing, passing * below * kept),
         "tint": passed * through,
         "interface_tint": f["interface_tint"] * through,
         "mirror": lobe + np.where(traced, gloss, 0) + np.where(coat_traced, coat, 0),
@@ -262,7 +266,7 @@ def _coat(f: Fields, cos: Float64, covered: Array, below: Array) -> tuple[Array,
     sums, f0 = albedos(cos, f["coat_roughness"][0]), normal_reflectance(f["coat_ior"])
     albedo = f["coat"] * (f0 * sums[0] + grazing_reflectance(f0) * sums[1])
     tint = 1 + (slab_tint(f["coat_tint"], cos, f["coat_ior"]) - 1) * np.minimum(f["coat"], 1)
-    return covered * below * albedo, below * np.maximum(1 - albedo, 0), tint
+    return covered * below * albedo * f["coat_shows"], below * np.maximum(1 - albedo, 0), tint
 
 
 def _pane(f: Fields, cos: Float64, sums: Float64, film: _Film | None) -> tuple[Float64, Float64]:

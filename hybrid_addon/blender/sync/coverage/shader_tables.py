@@ -32,6 +32,11 @@ def with_(*names: str) -> Callable[[Any], bool]:
     return lambda node: above(node, *names)
 
 
+def _of_body(node: Any) -> bool:
+    thin = node.has_input("Thin Wall") and bool(node.input("Thin Wall").value())
+    return _of_diffuse(node) and not thin
+
+
 def _of_diffuse(node: Any) -> bool:
     return above(node, "Alpha") and below_one(node, "Metallic", "Transmission Weight")
 
@@ -46,12 +51,11 @@ PRINCIPLED: Table = {
     **followed(
         "Base Color, Metallic, Roughness, IOR, Alpha, Thin Wall, Normal, Specular IOR Level, Specular Tint,"
         "Transmission Weight, Coat Weight, Coat Roughness, Coat IOR, Coat Tint, Sheen Weight, Sheen Roughness,"
-        "Sheen Tint, Emission Color, Emission Strength"
+        "Sheen Tint, Emission Color, Emission Strength, Coat Normal"
     ),
-    "Subsurface Weight": Named("is not traced; it is drawn as diffuse", 0.0, _of_diffuse),
+    "Subsurface Weight": Named("is not traced; it is drawn as diffuse", 0.0, _of_body),
     **within("Subsurface Weight", "Subsurface Radius, Subsurface Scale, Subsurface IOR, Subsurface Anisotropy"),
     **followed("Anisotropic, Anisotropic Rotation, Tangent, Thin Film Thickness, Thin Film IOR"),
-    "Coat Normal": Named("is not followed; the surface's normal is used", None, with_("Coat Weight")),
     "Diffuse Roughness": Named(LAMBERT, 0.0, _of_diffuse, LAST),
     **WEIGHT,
 }
@@ -125,9 +129,9 @@ SHADERS: dict[str, Table] = {
     },
     "ShaderNodeEeveeSpecular": {
         **followed(
-            "Base Color, Specular, Roughness, Emissive Color, Transparency, Normal, Clear Coat, Clear Coat Roughness"
+            "Base Color, Specular, Roughness, Emissive Color, Transparency, Normal, Clear Coat, Clear Coat Roughness,"
+            "Clear Coat Normal"
         ),
-        "Clear Coat Normal": Named("is not followed; the surface's normal is used", None, with_("Clear Coat")),
         **WEIGHT,
     },
     "ShaderNodeEmission": {**followed("Color, Strength"), **WEIGHT},
