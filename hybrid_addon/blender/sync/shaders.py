@@ -26,7 +26,7 @@ from .coverage import name_sockets
 from .nodes import Node, Socket
 from .sums import added, each, may_be, mixed, weighted
 from .texture import NodeReader
-from .values import color, emitted, number, once, vector
+from .values import color, emitted, number, once, value_of, vector
 
 Share = Any  # a float or an expression
 Shares = tuple[Share, Share, Share]
@@ -184,6 +184,11 @@ def _diffuse(node: Node, reader: NodeReader) -> Surface:
     return _opaque(color(reader, node, "Color"))
 
 
+def _hair(node: Node, reader: NodeReader) -> Surface:
+    """EEVEE draws hair as Diffuse BSDF of its colour, whether that is shown or melanin is."""
+    return _opaque(ex.as_color(value_of(reader, node.identified("Color"), "RGBA")))
+
+
 def _translucent(node: Node, reader: NodeReader) -> Surface:
     return replace(_diffuse(node, reader), translucent=True)
 
@@ -242,8 +247,8 @@ SHADERS: dict[str, Callable[[Node, NodeReader], Surface]] = {
     "ShaderNodeBsdfTranslucent": _translucent,
     "ShaderNodeBsdfSheen": _sheen,
     "ShaderNodeBsdfToon": _diffuse,
-    "ShaderNodeBsdfHair": _diffuse,
-    "ShaderNodeBsdfHairPrincipled": _diffuse,
+    "ShaderNodeBsdfHair": _hair,
+    "ShaderNodeBsdfHairPrincipled": _hair,
     "ShaderNodeBsdfRayPortal": _transparent,
     "ShaderNodeSubsurfaceScattering": _diffuse,
     "ShaderNodeEeveeSpecular": _specular_bsdf,

@@ -202,7 +202,7 @@ def layered_columns(f: Fields, cos: Float64) -> Float32:
     sums = albedos(cos, f["roughness"][0])
     film = _Film(f, cos, sums) if f["film"].any() else None
     multiscatter = bool(f["multiscatter"].all())
-    kept = 1.0 if multiscatter else sums[0] + sums[1]
+    kept = 1.0 if multiscatter else np.sqrt(sums[0] + sums[1])  # refraction turns less: measured, half is lost
 
     sheen: Array = np.zeros((1, 1))
     if f["sheen"].any():

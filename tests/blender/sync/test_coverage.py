@@ -217,11 +217,12 @@ def test_the_kinds_of_objects_are_all_known():
 def test_the_most_important_warnings_come_first(stage):
     stage.render.use_motion_blur = True
     shader = bpy.data.materials["Material"].node_tree.nodes["Principled BSDF"]
-    shader.inputs["Anisotropic"].default_value = 0.5
+    shader.inputs["Subsurface Weight"].default_value = 0.5
     shader.inputs["Diffuse Roughness"].default_value = 0.5
     told = translated(stage)[2]
     found = [
-        next(i for i, line in enumerate(told) if what in line) for what in ("blur", "Anisotropic", "Diffuse Roughness")
+        next(i for i, line in enumerate(told) if what in line)
+        for what in ("blur", "Subsurface Weight", "Diffuse Roughness")
     ]
     assert found == sorted(found)
 
