@@ -25,8 +25,8 @@ from ...scene import Float32, Float64
 from ..core.constants import FAINT
 
 WAVELENGTHS = 32
-"""Of them one is 5 nm wide in violet and 20 nm in red. A mean over more differs by 0.002; by 0.01 in thick films between
-faces that reflect nearly all, at grazing angles.
+"""Of them one is 5 nm wide in violet and 20 nm in red. A mean over more differs by 0.002, or by 0.01 in thick films
+between faces that reflect nearly all, at grazing angles.
 """
 NEAREST_WHITE, FARTHEST_FRINGE = 6000.0, 9000.0
 """nm: path differences from which fringes fade, and are gone. By themselves they have then lost 99 %."""
