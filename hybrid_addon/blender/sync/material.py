@@ -20,7 +20,7 @@ from .coverage import name_settings, name_sockets
 from .image import Images
 from .messages import Warnings
 from .nodes import Node, active_output, uses_nodes
-from .settings import CustomSurface, custom_surface
+from .settings import NOTHING_OF_ITS_OWN, CustomSurface, custom_surface
 from .shaders import surface_from
 from .sums import each, singles
 from .texture import NodeReader
@@ -42,17 +42,17 @@ class Surfaces:
         self._b_override = b_override
         self._warn = warn
         self._materials: dict[str, Surface] = {}
-        self._index: dict[tuple[str, CustomSurface | None], int] = {}
+        self._index: dict[tuple[str, CustomSurface], int] = {}
         self.surfaces: list[Surface] = []
 
-    def index_of(self, b_material: bpy.types.Material | None, custom: CustomSurface | None) -> int:
+    def index_of(self, b_material: bpy.types.Material | None, custom: CustomSurface) -> int:
         """Position in `surfaces`."""
         if self._b_override is not None:
-            b_material, custom = self._b_override, None
+            b_material, custom = self._b_override, NOTHING_OF_ITS_OWN
         key = (b_material.name_full if b_material else "", custom)
         if key not in self._index:
             self._index[key] = len(self.surfaces)
-            self.surfaces.append(customised(self._of_material(b_material), custom or custom_surface(b_material)))
+            self.surfaces.append(customised(self._of_material(b_material), custom.over(custom_surface(b_material))))
         return self._index[key]
 
     def _of_material(self, b_material: bpy.types.Material | None) -> Surface:
@@ -63,14 +63,18 @@ class Surfaces:
         return self._materials[b_material.name_full]
 
 
-def customised(surface: Surface, custom: CustomSurface | None) -> Surface:
-    """`surface` with the object's own three numbers, where it has them."""
-    if custom is None:
+def customised(surface: Surface, custom: CustomSurface) -> Surface:
+    """`surface` with the object's own numbers, where it has them."""
+    if custom == NOTHING_OF_ITS_OWN:
         return surface
 
     def change(closure: Surface) -> Surface:
+        closure = replace(closure, dispersion=custom.dispersion)
+        if custom.values is None:
+            return closure
+        reflectivity, opacity, ior = custom.values
         plain = replace(closure, layered=False, thin=False, interface_tint=WHITE)
-        return replace(plain, reflectivity=custom.reflectivity, opacity=custom.opacity, ior=custom.ior)
+        return replace(plain, reflectivity=reflectivity, opacity=opacity, ior=ior)
 
     return each(surface, change)
 

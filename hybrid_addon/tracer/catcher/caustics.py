@@ -46,6 +46,7 @@ CHUNK = 1 << 15
 PILOT = 1 << 10
 """So many photons tell how much light of each light goes to each group; all are shared out by that."""
 
+WAVELENGTH_SALT = np.uint32(0x510E527F)
 LENS_SALTS = (np.uint32(0x27D4EB2F), np.uint32(0x165667B1))
 """What makes two random numbers of one for a point on the lens."""
 
@@ -203,7 +204,8 @@ class _Tracer:
         # Draw one closure, then one of the two ways, and let it carry the light of all.
         salt = hash32(np.array([~np.uint32(wave)], np.uint32))
         chance = hash32(draw[rays.sample] ^ salt).astype(np.float64) * 2.0**-32
-        closure = closures_at(self.scene, rays, at, t, most=1, chance=chance)
+        wavelength = hash32(draw[rays.sample] ^ WAVELENGTH_SALT).astype(np.float64) * 2.0**-32
+        closure = closures_at(self.scene, rays, at, t, most=1, chance=chance, wavelength=wavelength)
         rays, at, t = closure.rays, closure.at, closure.t
         split = share_out(self.scene, rays, at)
         reflected, transmitted = largest_component(split.reflected), largest_component(split.transmitted)

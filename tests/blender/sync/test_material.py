@@ -390,9 +390,9 @@ def test_a_shader_tree_in_a_loop_ends(material):
 
 def test_a_grey_object_becomes_a_lossless_mirror_or_clear_glass(material):
     grey = principled(material)
-    mirror = customised(grey, CustomSurface(1.0, 1.0, 1.5))
+    mirror = customised(grey, CustomSurface((1.0, 1.0, 1.5)))
     assert (mirror.reflectivity, mirror.reflection_tint) == (1.0, WHITE)
-    glass = customised(grey, CustomSurface(0.0, 0.0, 1.5))
+    glass = customised(grey, CustomSurface((0.0, 0.0, 1.5)))
     assert shares(glass) == (0, 0, 1)
     assert (glass.transmission_tint, glass.ior) == (WHITE, 1.5)
     assert glass.base_color == grey.base_color
@@ -400,16 +400,17 @@ def test_a_grey_object_becomes_a_lossless_mirror_or_clear_glass(material):
 
 def test_gold_stays_gold_and_green_glass_stays_green(material):
     gold = principled(material, Base_Color=(*GOLD, 1), Metallic=1.0, Roughness=0.0)
-    assert customised(gold, CustomSurface(0.5, 1.0, 1.5)).reflection_tint == GOLD
+    assert customised(gold, CustomSurface((0.5, 1.0, 1.5))).reflection_tint == GOLD
     green = principled(material, Base_Color=(0.04, 0.81, 0.04, 1), Transmission_Weight=1.0, Roughness=0.0)
-    assert customised(green, CustomSurface(0.0, 0.5, 1.0)).transmission_tint == pytest.approx((0.2, 0.9, 0.2))
+    assert customised(green, CustomSurface((0.0, 0.5, 1.0))).transmission_tint == pytest.approx((0.2, 0.9, 0.2))
 
 
 def test_each_pair_of_material_and_settings_is_one_surface(material):
     warn = Warnings()
     surfaces = Surfaces(Images(warn), warn)
-    custom = CustomSurface(1.0, 1.0, 1.5)
-    pairs = [(material.b_material, None), (material.b_material, custom), (None, None), (None, custom)]
+    custom = CustomSurface((1.0, 1.0, 1.5))
+    nothing = CustomSurface(None)
+    pairs = [(material.b_material, nothing), (material.b_material, custom), (None, nothing), (None, custom)]
     assert [surfaces.index_of(*pair) for pair in pairs + pairs] == [0, 1, 2, 3] * 2
     assert [surface.reflectivity for surface in surfaces.surfaces] == [0, 1, 0, 1]
 
