@@ -34,8 +34,10 @@ Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 FACET, LOBE, TRY = np.uint32(0x52D3F1A7), np.uint32(0x1B56C4E9), np.uint32(0x9D2C5681)
 """Dimensions of the sampler; each try has one of its own."""
-GROOVE_DIRECTIONS = 4
-"""What grooves reflect is the mean over 4 x 4 microfacets: within 0.01 of that over many."""
+GROOVE_LATTICE = (21, 13)
+"""What grooves reflect is the mean over 21 microfacets, a Fibonacci lattice: within 0.015 of that over 4096, where 4 x 4,
+whose rows lie along the grooves, are 0.05 off.
+"""
 
 
 @dataclass(eq=False)
@@ -195,15 +197,14 @@ def brushed_share(wo: Float32, n: Float32, roughness: Float32, brushed: Brushed)
     """
     alpha = roughness**2
     frame = groove_frame(n, alpha, brushed)
-    steps = (np.arange(GROOVE_DIRECTIONS, dtype=np.float32) + np.float32(0.5)) / np.float32(GROOVE_DIRECTIONS)
-    escapes = np.zeros(len(alpha), np.float32)
-    for first in steps:
-        for second in steps:
-            wi = reflect(wo, visible_normal(wo, n, alpha, (first, second), brushed))
-            cosine = dot(wi, n)
-            escapes += np.where(cosine > 0, masking(np.maximum(cosine, LEAST_COSINE), alpha_from(wi, frame)), 0)
+    escapes, (number, turns) = np.zeros(len(alpha), np.float32), GROOVE_LATTICE
+    for place in range(number):
+        square = np.float32((place * turns % number + 0.5) / number), np.float32((place + 0.5) / number)
+        wi = reflect(wo, visible_normal(wo, n, alpha, square, brushed))
+        cosine = dot(wi, n)
+        escapes += np.where(cosine > 0, masking(np.maximum(cosine, LEAST_COSINE), alpha_from(wi, frame)), 0)
     sums = albedos(np.clip(dot(wo, n), 0, 1), roughness)
-    share = escapes / (GROOVE_DIRECTIONS**2 * np.maximum(sums[0] + sums[1], LEAST_COSINE))
+    share = escapes / (number * np.maximum(sums[0] + sums[1], LEAST_COSINE))
     return np.asarray(np.minimum(share, 1), np.float32)
 
 

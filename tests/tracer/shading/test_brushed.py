@@ -66,7 +66,7 @@ def test_grooves_reflect_no_more_than_round_facets_and_as_much_if_they_are_round
     ways = alike((1, 0, 0), n)
     round_ = brushed_share(wo, alike((0, 0, 1), n), rough, (ways, np.ones(n, np.float32)))
     grooved = brushed_share(wo, alike((0, 0, 1), n), rough, (ways, np.full(n, 0.316, np.float32)))
-    assert round_.min() > 0.95 and round_.mean() > 0.98
+    assert round_.min() > 0.94 and round_.mean() > 0.98
     assert grooved.max() <= 1 and grooved.mean() < round_.mean() - 0.02
 
 
