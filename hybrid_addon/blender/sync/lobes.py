@@ -12,6 +12,7 @@ import bpy
 
 from ... import expressions as ex
 from ...scene import Expression
+from .image import SRGB_WORKING_SPACES, working_space
 from .nodes import Node
 from .texture import NodeReader
 from .values import NORMAL, color, number, vector
@@ -31,6 +32,8 @@ def film(node: Node, reader: NodeReader) -> dict[str, Any]:
     thickness = number(reader, node, "Thin Film Thickness")
     if not isinstance(thickness, Expression) and thickness <= 0.0:
         return {}
+    if working_space() not in SRGB_WORKING_SPACES:
+        reader.warn(f"node {node.name!r}: its thin film has the colours of Rec. 709, not of {working_space()}", 2)
     return {"film": thickness, "film_ior": number(reader, node, "Thin Film IOR")}
 
 
