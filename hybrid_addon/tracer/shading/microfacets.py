@@ -35,8 +35,8 @@ Numbers = NDArray[np.intp]
 FACET, LOBE, TRY = np.uint32(0x52D3F1A7), np.uint32(0x1B56C4E9), np.uint32(0x9D2C5681)
 """Dimensions of the sampler; each try has one of its own."""
 GROOVE_LATTICE = (21, 13)
-"""What grooves reflect is the mean over 21 microfacets, a Fibonacci lattice: within 0.015 of that over 4096, where 4 x 4,
-whose rows lie along the grooves, are 0.05 off.
+"""What grooves reflect is the mean over 21 microfacets, a Fibonacci lattice: within 0.015 of that over 4096. A grid of
+4 x 4, whose rows lie along the grooves, is 0.05 off.
 """
 
 
@@ -199,7 +199,8 @@ def brushed_share(wo: Float32, n: Float32, roughness: Float32, brushed: Brushed)
     frame = groove_frame(n, alpha, brushed)
     escapes, (number, turns) = np.zeros(len(alpha), np.float32), GROOVE_LATTICE
     for place in range(number):
-        square = np.float32((place * turns % number + 0.5) / number), np.float32((place + 0.5) / number)
+        lattice = (place * turns % number + 0.5) / number, (place + 0.5) / number
+        square = np.full(1, lattice[0], np.float32), np.full(1, lattice[1], np.float32)
         wi = reflect(wo, visible_normal(wo, n, alpha, square, brushed))
         cosine = dot(wi, n)
         escapes += np.where(cosine > 0, masking(np.maximum(cosine, LEAST_COSINE), alpha_from(wi, frame)), 0)
