@@ -75,7 +75,7 @@ class Surface:
                          overlap the smallest displaces the others (an air bubble in water has IOR 1). An open
                          sheet bends light once, by ior, whatever it lies in.
     dispersion         : 20 / Abbe number, as in glTF: how much more blue is refracted than red; 0: all the same.
-    interface_tint     : tint of F Lr.
+    interface_tint     : tint of F Lr. Black: nothing is reflected, and all of the light is transmitted (Refraction).
     normal             : shading normal by a normal map or bump, or None: the mesh's.
     edge_tint          : of a metal, at 82 degrees (F82), where `reflection_tint` holds at normal incidence; None: it
                          reflects the same at all angles.

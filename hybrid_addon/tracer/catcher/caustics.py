@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ...scene import Camera, Float32, Float64
 from ..core.camera import project, spread_on_lens
 from ..core.constants import MAX_STRAIGHT_CROSSINGS, SHADOW_REACH
-from ..core.rays import Rays, camera_rays, concatenate, offset_origin, traceable
+from ..core.rays import DIFFUSE, Rays, camera_rays, concatenate, offset_origin, traceable
 from ..core.sampler import UInt32, hash32
 from ..core.stats import Stats
 from ..core.vectors import dot, largest_component, select, take
@@ -144,8 +144,11 @@ class _Tracer:
         media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, stats)
         endless = np.full(n, np.inf, np.float32)
         rays = camera_rays(
-            origin, direction, endless, np.arange(n), media, True, mixed=self.scene.surfaces.mixes_glass
-        ).take(np.flatnonzero(sound))
+            origin, direction, endless, np.arange(n), media, True, mixed=self.scene.surfaces.mixes_glass,
+            asked=self.scene.asks_rays,
+        )  # fmt: skip
+        rays.history[DIFFUSE : DIFFUSE + 1] = 1  # a path from the eye would have left what they light to any side
+        rays = rays.take(np.flatnonzero(sound))
         stats.add("photons", n)
         draw = hash32(number ^ hash32(beam.key ^ np.uint32(0xC2B2AE35)))
         travelled, bent, wave = np.zeros(n), np.zeros(n, bool), 0

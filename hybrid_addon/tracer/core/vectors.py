@@ -137,11 +137,11 @@ def write(a: Array, index: Index, columns: Array | float) -> None:
 
 
 def add(a: Array, index: Index, columns: Array) -> None:
-    """Add to the columns `index`, none twice, of (k, n)."""
+    """Add to the columns `index`, none twice, of (k, n): (k, m), or (m,) to all rows."""
     if isinstance(index, slice):
-        a += columns
+        a[:, index] += columns
         return
-    for row, values in zip(a, columns, strict=True):
+    for row, values in zip(a, columns if columns.ndim > 1 else [columns] * len(a), strict=True):
         row[index] += values
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...scene import Expression, Float32, Float64
 from ..core.constants import MOST_CLOSURES, MOST_FIRST_CLOSURES
-from ..core.rays import Rays
+from ..core.rays import Rays, RayState
 from ..core.sampler import Draws, hash32
 from ..core.vectors import flatnonzero, largest_component, write
 from ..film.branch_selection import draw
@@ -72,7 +72,7 @@ def closures_at(
         return ClosureHits(rays, resolve(scene.geometry, at, t), t)
     # Each closure, and its weight here.
     owner, row, part = table.closures_of(at.surface)
-    way = at.prim, at.surface, at.point, at.entering, at.n_shading, at.wo, t
+    way = at.prim, at.surface, at.point, at.entering, at.n_shading, at.wo, t, at.came
     weight = closure_weights(scene.geometry, table, *way, owner, row, part)
     if len(rays.closure):
         weight = _as_entered(table, rays, at, owner, row, weight)
@@ -169,14 +169,14 @@ def _as_entered(
 
 def closure_weights(
     geometry: Geometry, table: SurfaceTable, prim: Numbers, surface: Numbers, point: Float64, entering: Bools,
-    normal: Float32, wo: Float32, distance: Float64, owner: Numbers, row: Numbers, part: Numbers,
+    normal: Float32, wo: Float32, distance: Float64, came: RayState | None, owner: Numbers, row: Numbers, part: Numbers,
 ) -> Float32:  # fmt: skip
     """(3, m) float32, >= 0, of the closures `row` (m,), the `part`-th (m,) of the surfaces at places `owner` (m,).
 
-    prim, surface, point, entering, normal, wo, distance : of the n places, as in `Interaction`.
+    prim, surface, point, entering, normal, wo, distance, came : of the n places, as in `Interaction`.
     """
     weight: Float32 = table.closure_weight.take(row, axis=1)
-    for one in hit_groups(geometry, table, prim, surface, point, entering, normal, wo, distance):
+    for one in hit_groups(geometry, table, prim, surface, point, entering, normal, wo, distance, came):
         for number, closure in enumerate(one.surface.closures):
             if isinstance(closure.weight, Expression):
                 values = np.zeros((3, len(prim)), np.float32)

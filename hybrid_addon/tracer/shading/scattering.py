@@ -35,6 +35,13 @@ def mirrored(wo: Float32, n: Float32, roughness: Float32) -> Float32:
     return np.asarray(n + (reflect(wo, n) - n) * share, np.float32)
 
 
+def passed(fresnel: Array, reflects: NDArray[np.bool_]) -> Array:
+    """What interfaces (n,) pass: 1 - F. All of it where they reflect nothing, as Refraction BSDF has it in EEVEE and
+    Cycles, but for total reflection.
+    """
+    return np.where(reflects | (fresnel >= 1), 1 - fresnel, fresnel.dtype.type(1))
+
+
 def both_faces(fresnel: Array, tint: Array, thin: NDArray[np.bool_] | None) -> tuple[Array, Array]:
     """Reflectance (n,) and tint (3, n) of both faces of thin walls at once; of other hits, and for None, unchanged.
 

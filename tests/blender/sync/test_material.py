@@ -15,7 +15,7 @@ from hybrid_addon.blender.sync.settings import CustomSurface
 from hybrid_addon.blender.sync.shaders import shares
 from hybrid_addon.blender.sync.sums import added
 from hybrid_addon.blender.sync.sums import mixed as blend
-from hybrid_addon.expressions import walk
+from hybrid_addon.expressions import reads_of_instance, reads_ray, walk
 from hybrid_addon.scene import BLACK, WHITE, Expression, Surface
 
 pytestmark = pytest.mark.blender
@@ -343,16 +343,34 @@ def test_groups_within_groups(material):
     assert material.shade(b_shader).reflectivity == 0.375
 
 
-def test_light_path_switches_show_what_the_camera_sees(material):
-    b_path, b_mix = material.add("ShaderNodeLightPath"), material.add("ShaderNodeMixShader")
-    glossy, diffuse = material.add("ShaderNodeBsdfAnisotropic", Roughness=0.0), material.add("ShaderNodeBsdfDiffuse")
-    material.link(glossy.outputs[0], b_mix.inputs[1])
-    material.link(diffuse.outputs[0], b_mix.inputs[2])
-    material.link(b_path.outputs["Is Shadow Ray"], b_mix.inputs[0])
-    assert material.shade(b_mix).reflectivity == 1.0
-    material.link(b_path.outputs["Is Camera Ray"], b_mix.inputs[0])
-    assert material.surface().reflectivity == 0.0
-    assert len(list(material.warn)) == 2
+def test_light_path_is_asked_of_each_ray(material):
+    b_path, b_shader = material.add("ShaderNodeLightPath"), material.add("ShaderNodeEmission")
+    for output, asks in (("Is Shadow Ray", True), ("Ray Length", True), ("Is Volume Scatter Ray", False)):
+        material.link(b_path.outputs[output], b_shader.inputs["Color"])
+        assert reads_ray(material.shade(b_shader)) == asks
+    assert list(material.warn) == []
+
+
+def test_material_index_is_a_number_and_the_rest_of_object_info_is_the_instances(material):
+    b_info, b_shader = material.add("ShaderNodeObjectInfo"), material.add("ShaderNodeEmission")
+    material.b_material.pass_index = 3
+    for output, emission, read in (
+        ("Material Index", (3.0, 3.0, 3.0), set()),
+        ("Random", None, {"random"}),
+        ("Color", None, {"color"}),
+    ):
+        material.link(b_info.outputs[output], b_shader.inputs["Color"])
+        surface = material.shade(b_shader)
+        assert reads_of_instance(surface) == read
+        assert emission is None or surface.emission == emission
+
+
+def test_a_constant_on_a_normal_input_is_the_surfaces_normal(material):
+    b_shader, b_normal = material.add("ShaderNodeBsdfDiffuse"), material.add("ShaderNodeCombineXYZ", Z=1.0)
+    assert material.shade(b_shader).normal is None
+    material.link(b_normal.outputs[0], b_shader.inputs["Normal"])
+    normal = material.shade(b_shader).normal
+    assert (normal.operation, normal.inputs) == ("held", ((0.0, 0.0, 1.0),))
 
 
 def test_links_that_are_not_followed_are_named_and_the_default_is_used(material):

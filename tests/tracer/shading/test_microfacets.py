@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hybrid_addon.scene import Plane, Scene, Settings, Sphere, Surface, Texture, World
+from hybrid_addon.scene import Plane, PointLight, Scene, Settings, Sphere, Surface, Texture, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.core.constants import MICROFACET_TRIES
 from hybrid_addon.tracer.core.sampler import Sampler, pixel_keys
@@ -156,6 +156,19 @@ def test_each_lobe_has_its_own_color_and_width(build):
     red, green, _ = trace(plane, replace(SETTINGS, samples=256)).radiance.mean(axis=(0, 1))
     assert green == pytest.approx(0.04, rel=0.1)  # F0 of IOR 1.5
     assert green < red < 3 * green
+
+
+def test_a_lamp_lights_a_rough_coat_beside_what_has_none(build):
+    """As it lights the coat alone: two balls in one wave of rays, of which one is coated."""
+    coated = Surface(layered=True, base_color=(0.1, 0.2, 0.6), coat=1.0, coat_roughness=0.4)
+    lamp = PointLight("lamp", (0, 3, 5), (40, 40, 40))
+    balls = tuple(Sphere(f"{x}", (x, 0, 0), 0.4, surface, True) for surface, x in enumerate((-0.5, 0.5)))
+    scene = Scene(camera=build.camera(size=(32, 32), half=0.25), spheres=balls, lights=(lamp,), world=World((0, 0, 0)),
+                  surfaces=(coated, replace(coated, coat=0.0)))  # fmt: skip
+    both = trace(scene, SETTINGS).radiance
+    alone = trace(replace(scene, spheres=balls[:1]), SETTINGS).radiance
+    assert alone.max() > 0
+    np.testing.assert_allclose(both[:, :14], alone[:, :14], rtol=1e-4)
 
 
 # ------------------------------------------------------------------------------------------------ pictures

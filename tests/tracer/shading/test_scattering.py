@@ -2,10 +2,13 @@
 import numpy as np
 import pytest
 
+from hybrid_addon.scene import Scene, Settings, Sphere, SunLight, Surface, World
+from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.shading.scattering import (
     fresnel_dielectric,
     half_way,
     keep_outside,
+    passed,
     phong,
     reflect,
     refract,
@@ -154,3 +157,34 @@ def test_schlick_has_the_right_ends():
     f0 = np.float32([[0.04], [0.5], [1.0]])
     np.testing.assert_allclose(schlick(f0, np.float32([1.0])), f0)
     np.testing.assert_allclose(schlick(f0, np.float32([0.0])), 1)
+
+
+@pytest.mark.parametrize("ior", [1.1, 1.5, 2.4])
+def test_a_ball_that_only_refracts_passes_all_light(build, ior):
+    """No ray that enters a ball is reflected totally inside it."""
+    pure = Surface(layered=True, opacity=0.0, roughness=0.0, ior=ior, interface_tint=(0, 0, 0))
+    camera, white = build.camera(size=(24, 24), half=0.3), World((1, 1, 1))
+    scene = Scene(camera=camera, spheres=(Sphere("ball", (0, 0, 0), 1, 0, True),), surfaces=(pure,), world=white)
+    film = trace(scene, Settings(samples=4, camera_sees="RAY_TRACED", threads=1))
+    inside = film.coverage == 1
+    assert inside.sum() > 100
+    np.testing.assert_allclose(film.radiance[inside], 1, atol=1e-5)
+    assert film.rays["reflected"] == 0
+
+
+def test_a_pane_that_only_refracts_dims_no_shadow(build):
+    """A lamp on a floor below it, at right angles, is as bright as without it; total reflection stays black."""
+    pure = Surface(layered=True, opacity=0.0, roughness=0.0, ior=1.5, interface_tint=(0, 0, 0))
+    np.testing.assert_array_equal(passed(np.float32([0.04, 1.0, 0.04]), np.array([False, False, True])),
+                                  np.float32([1, 0, 1 - np.float32(0.04)]))  # fmt: skip
+    lamp, floor = SunLight("sun", (0, 0, 1), (3, 3, 3)), (build.box((-9, -9, -2), (9, 9, -1)), Surface())
+    camera, black = build.camera(eye=(0, 0, 9), size=(8, 8), half=0.1), World((0, 0, 0))
+    found = [
+        trace(
+            build.scene(floor, *pane, camera=camera, lights=(lamp,), world=black),
+            Settings(samples=1, threads=1, camera_sees="ALL"),
+        ).radiance
+        for pane in ([], [(build.box((-9, -9, 1), (9, 9, 1.2)), pure)])
+    ]
+    assert found[0].min() > 0.1
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-4)
