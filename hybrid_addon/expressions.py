@@ -22,6 +22,7 @@ Array = NDArray[Any]
 
 ATTRIBUTE_WIDTHS = {
     "uv": 2, "color": 4, "generated": 3, "object": 3, "object_normal": 3, "tangent": 4, "parametric": 2, "strand": 4,
+    "around": 4,
 }  # fmt: skip
 """Numbers of a mesh's corner, by the first word of an attribute's key; other attributes the hits themselves know."""
 

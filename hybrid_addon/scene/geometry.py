@@ -20,9 +20,10 @@ class TriangleMesh:
     uv_maps          : name -> (nc, 2) float32; "" is the map active for rendering.
     surface_slots    : (nt,) int32, which of the instance's surfaces each triangle wears.
     attributes       : other data of the corners, key -> (nc, width) float32. "color:NAME" (4), "generated" (3, 0..1
-                       over the bounds), "object" (3, local position), "object_normal" (3, local), "tangent:UV MAP" (4,
-                       local direction and the sign of the bitangent), "strand" (4, of hair: share of the way
-                       from root to tip, metres of it, metres of its thickness there, a random number of the strand).
+                       over the bounds), "object" (3, local position), "object_normal" (3, local), "around:Z" (4, local
+                       direction around that axis, and 0), "tangent:UV MAP" (4, local direction and the sign of the
+                       bitangent), "strand" (4, of hair: share of the way from root to tip, metres of it, metres of its
+                       thickness there, a random number of the strand).
     """
 
     name: str

@@ -80,6 +80,17 @@ class Surface:
     edge_tint          : of a metal, at 82 degrees (F82), where `reflection_tint` holds at normal incidence; None: it
                          reflects the same at all angles.
     thin               : it transmits as a thin pane: straight on, both of its faces at once.
+    film, film_ior     : thickness in nm and index of a thin film on what is below the coat: its interference colours
+                         what the metal, the dielectric and the interface reflect. 0: there is none.
+    metal_ior          : RGB, the index n of a metal below a film, from which and `reflection_tint` its k follows; None:
+                         by the edge tint.
+    stretch, tangent   : of rough reflections: GGX's alpha along the tangent is roughness^2 / stretch, across it
+                         roughness^2 x stretch (a groove along the tangent has a stretch above 1). tangent: a vector of
+                         any length, brought into the plane of the shading normal; None, or a stretch of 1: round.
+    translucent        : its diffuse light is what falls on its other side.
+    multiscatter       : light that one microfacet sends to the next is not lost.
+    coat_shows         : the coat's own reflection is there, not only what it takes from what is below. (A coat with a
+                         normal of its own is a closure of its own.)
     coat, coat_*       : weight 0..1, roughness, IOR of a clear coat, and the tint it gives to what is below.
     sheen, sheen_*     : weight, roughness and colour of the fuzz on top.
     absorption         : RGB, 1/m, >= 0: light that goes d metres through the solid keeps exp(-absorption d) of itself
@@ -111,6 +122,14 @@ class Surface:
     layered: bool = False
     edge_tint: Color | None = None
     thin: bool = False
+    film: Number = 0.0
+    film_ior: Number = 1.33
+    metal_ior: Color | None = None
+    stretch: Number = 1.0
+    tangent: Expression | None = None
+    translucent: bool = False
+    multiscatter: bool = True
+    coat_shows: bool = True
     coat: Number = 0.0
     coat_roughness: Number = 0.03
     coat_ior: float = 1.5

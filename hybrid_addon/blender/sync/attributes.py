@@ -27,7 +27,7 @@ Scratch = Callable[[], bpy.types.Mesh]
 def attributes_of(
     b_mesh: bpy.types.Mesh, keys: Iterable[str], name: str, warn: Warnings, scratch: Scratch
 ) -> dict[str, Float32]:
-    """(nc, width) float32 by key: "color:NAME", "generated", "object", "object_normal" or "tangent:UV MAP".
+    """(nc, width) float32 by key: "color:NAME", "generated", "object", "object_normal", "around:Z" or "tangent:UV MAP".
 
     name    : the object's.
     scratch : gives a mesh like this one that may be spoilt, this one itself if need be; asked for last.
@@ -48,6 +48,8 @@ def _plain(b_mesh: bpy.types.Mesh, key: str, name: str, warn: Warnings) -> Float
         normals = np.zeros((len(b_mesh.loops), 3), np.float32)
         b_mesh.corner_normals.foreach_get("vector", normals.reshape(-1))
         return normals
+    if kind == "around":
+        return _around(b_mesh)
     of_vertices = _generated(b_mesh) if kind == "generated" else _of_vertices(b_mesh, "position", "vector", 3)
     return of_vertices[_vertex_of_corner(b_mesh)]
 
@@ -58,6 +60,13 @@ def _generated(b_mesh: bpy.types.Mesh) -> Float32:
     b_mesh.vertices.foreach_get("undeformed_co", values)
     middle, half = (np.array(v, np.float32) for v in (b_mesh.texspace_location, b_mesh.texspace_size))
     return (values.reshape(-1, 3) - middle) / (2 * np.where(half != 0, half, np.float32(1))) + np.float32(0.5)
+
+
+def _around(b_mesh: bpy.types.Mesh) -> Float32:
+    """(nc, 4), the direction around the local Z axis through the middle of the mesh's texture space, and 0: how
+    Blender's brushed metals run where no tangent is given (Cycles, primitive_tangent)."""
+    x, y = (_generated(b_mesh)[_vertex_of_corner(b_mesh)].T - np.float32(0.5))[:2]
+    return np.stack([-y, x, np.zeros_like(x), np.zeros_like(x)], axis=1)
 
 
 def uv_layer(b_mesh: bpy.types.Mesh, uv_name: str) -> bpy.types.MeshUVLoopLayer | None:

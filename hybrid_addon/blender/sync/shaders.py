@@ -18,15 +18,16 @@ import numpy as np
 
 from ... import expressions as ex
 from ...scene import BLACK, WHITE, Expression, Surface
+from . import lobes
 from . import object_nodes as _objects  # noqa: F401
 from . import texture_nodes as _textures  # noqa: F401  (these two add their nodes to the table of `values`)
 from . import value_nodes as _registered  # noqa: F401
 from .conductor import conductor_tints
 from .coverage import name_sockets
 from .nodes import Node, Socket
-from .sums import added, may_be, mixed, weighted
+from .sums import added, each, may_be, mixed, weighted
 from .texture import NodeReader
-from .values import color, emitted, number, once, vector
+from .values import color, emitted, number, once, value_of, vector
 
 Share = Any  # a float or an expression
 Shares = tuple[Share, Share, Share]
@@ -54,25 +55,50 @@ def surface_from(socket: Socket, reader: NodeReader, depth: int = 0) -> Surface:
     return surface if surface.closures else replace(surface, normal=_normal(node, reader))
 
 
-def _normal(node: Node, reader: NodeReader) -> Expression | None:
+def _normal(node: Node, reader: NodeReader, name: str = "Normal") -> Expression | None:
     """What is linked to the shader's Normal, if it can be followed."""
-    if not node.has_input("Normal") or node.input("Normal").node() is None:
+    if not node.has_input(name) or node.input(name).node() is None:
         return None
-    return ex.held(vector(reader, node, "Normal"))
+    return ex.held(vector(reader, node, name))
 
 
 # ------------------------------------------------------------------------------------------------ single shaders
 
 
 def _principled(node: Node, reader: NodeReader) -> Surface:
-    return _principled_body(node, reader, _unit(number(reader, node, "Alpha")))
+    alpha = _unit(number(reader, node, "Alpha"))
+    surface = _principled_body(node, reader, alpha)
+    normal, coat_normal = _normal(node, reader), _normal(node, reader, "Coat Normal")
+    coat, through = lobes.coat(node, reader), lobes.translucency(node, reader)
+    if not (coat and normal is not coat_normal) and not may_be(through):
+        return surface
+    parts, changed = [], dict[str, Any](normal=normal)
+    if coat and normal is not coat_normal:
+        parts.append((alpha, replace(_opaque(BLACK), layered=True, normal=coat_normal, **coat)))
+        changed["coat_shows"] = False
+    if may_be(through):
+        passes = Surface(base_color=color(reader, node, "Base Color"), translucent=True, normal=normal)
+        body = (
+            ex.rest(_unit(number(reader, node, "Metallic"))),
+            ex.rest(_unit(number(reader, node, "Transmission Weight"))),
+        )
+        parts.append((ex.times(alpha, *body, through), passes))
+
+    def without(closure: Surface) -> Surface:
+        """A closure without what has closures of its own."""
+        return replace(closure, base_color=ex.as_color(ex.times(ex.rest(through), closure.base_color)), **changed)
+
+    return weighted((1.0, each(surface, lambda closure: without(closure) if closure.layered else closure)), *parts)
 
 
 def _principled_body(node: Node, reader: NodeReader, alpha: Share) -> Surface:
     """The node with this alpha."""
     base_color = color(reader, node, "Base Color")
     metallic, transmission = _unit(number(reader, node, "Metallic")), _unit(number(reader, node, "Transmission Weight"))
-    ior = _ior(node, reader)
+    film = lobes.film(node, reader)
+    ior = lobes.index(_ior(node, reader), film)
+    if metallic == 1.0 and not lobes.FILMS_ON_METAL:
+        film = {}
     glass, straight = ex.times(alpha, ex.rest(metallic), transmission), ex.rest(alpha)
     thin = node.has_input("Thin Wall") and bool(node.input("Thin Wall").value()) and may_be(glass)
     if may_be(glass) and may_be(straight):  # a sum: what lies there, and what is seen past it
@@ -86,7 +112,7 @@ def _principled_body(node: Node, reader: NodeReader, alpha: Share) -> Surface:
         _shared(ex.times(alpha, metallic), local, ex.plus(glass, straight)),
         layered=True,
         base_color=base_color,
-        specular=_specular(node, reader, ior),
+        specular=lobes.specular(node, reader, ior),
         roughness=_roughness(node, reader),
         emission=ex.as_color(ex.times(alpha, _emitted(node, reader, "Emission Color", "Emission Strength"))),
         reflection_tint=clear if may_be(metallic) else WHITE,
@@ -94,44 +120,21 @@ def _principled_body(node: Node, reader: NodeReader, alpha: Share) -> Surface:
         transmission_tint=tint if bent else WHITE,
         ior=ior if thin or bent or not may_be(straight) else 1.0,
         thin=thin,
-        **_coat_and_sheen(node, reader),
+        **film,
+        multiscatter=_multiscatter(node),
+        **lobes.principled_grain(node, reader, "Anisotropic", "Anisotropic Rotation"),
+        **lobes.coat(node, reader),
+        **lobes.sheen(node, reader),
     )
 
 
-def _coat_and_sheen(node: Node, reader: NodeReader) -> dict[str, Any]:
-    """The fields of the layers that are there."""
-    fields: dict[str, Any] = {}
-    coat = number(reader, node, "Coat Weight") if node.has_input("Coat Weight") else 0.0
-    if may_be(coat):
-        fields.update(
-            coat=coat,
-            coat_roughness=_unit(number(reader, node, "Coat Roughness")),
-            coat_ior=max(reader.number(node, "Coat IOR"), 1.0),
-            coat_tint=color(reader, node, "Coat Tint"),
-        )
-    sheen = number(reader, node, "Sheen Weight") if node.has_input("Sheen Weight") else 0.0
-    if may_be(sheen):
-        fields.update(
-            sheen=sheen,
-            sheen_roughness=_unit(number(reader, node, "Sheen Roughness")),
-            sheen_tint=color(reader, node, "Sheen Tint"),
-        )
-    return fields
-
-
-def _specular(node: Node, reader: NodeReader, ior: Share) -> Any:
-    """Reflectance at normal incidence, at most 1; Specular IOR Level 0.5 leaves it as the IOR has it."""
-    if isinstance(ior, Expression):
-        amplitude = ex.apply("divide", ex.apply("subtract", ior, 1.0), ex.apply("add", ior, 1.0))
-        twice: Any = ex.times(ex.apply("multiply", amplitude, amplitude), 2.0)
-    else:
-        twice = ((ior - 1.0) / (ior + 1.0)) ** 2 * 2.0
-    f0 = ex.times(twice, number(reader, node, "Specular IOR Level"))
-    return ex.as_color(ex.apply("minimum", ex.times(color(reader, node, "Specular Tint"), f0), 1.0))
+def _multiscatter(node: Node) -> bool:
+    return bool(node.b_node.distribution == "MULTI_GGX")
 
 
 def _glass(node: Node, reader: NodeReader) -> Surface:
     tint = color(reader, node, "Color")
+    film = lobes.film(node, reader)
     return replace(
         _shared(0.0, 0.0, 1.0),
         layered=True,
@@ -139,12 +142,14 @@ def _glass(node: Node, reader: NodeReader) -> Surface:
         reflection_tint=tint,
         interface_tint=tint,
         transmission_tint=tint,
-        ior=_ior(node, reader),
+        ior=lobes.index(_ior(node, reader), film),
+        multiscatter=_multiscatter(node),
+        **film,
     )
 
 
 def _refraction(node: Node, reader: NodeReader) -> Surface:
-    return replace(_glass(node, reader), reflection_tint=WHITE, interface_tint=BLACK)
+    return replace(_glass(node, reader), reflection_tint=WHITE, interface_tint=BLACK, multiscatter=True)
 
 
 def _transparent(node: Node, reader: NodeReader) -> Surface:
@@ -152,15 +157,16 @@ def _transparent(node: Node, reader: NodeReader) -> Surface:
 
 
 def _metallic(node: Node, reader: NodeReader) -> Surface:
+    extra = {**lobes.film(node, reader), **lobes.principled_grain(node, reader, "Anisotropy", "Rotation")}
     if node.b_node.fresnel_type != "PHYSICAL_CONDUCTOR":
-        return _glossy(node, reader)
+        tints = color(reader, node, "Base Color"), color(reader, node, "Edge Tint")
+        return replace(_metal(*tints, node, reader), **extra)
     n, k = (np.maximum(tuple(reader.vector(node, name)), 0.0) for name in ("IOR", "Extinction"))
-    return _metal(*conductor_tints(n, k), node, reader)
+    return replace(_metal(*conductor_tints(n, k), node, reader), metal_ior=tuple(n.tolist()), **extra)
 
 
 def _glossy(node: Node, reader: NodeReader) -> Surface:
-    tint = color(reader, node, "Color" if node.has_input("Color") else "Base Color")
-    return _metal(tint, color(reader, node, "Edge Tint") if node.has_input("Edge Tint") else None, node, reader)
+    return replace(_metal(color(reader, node, "Color"), None, node, reader), **lobes.glossy_grain(node, reader))
 
 
 def _metal(tint: Any, edge: Any, node: Node, reader: NodeReader) -> Surface:
@@ -169,6 +175,7 @@ def _metal(tint: Any, edge: Any, node: Node, reader: NodeReader) -> Surface:
         "reflection_tint": tint,
         "edge_tint": edge,
         "roughness": _roughness(node, reader),
+        "multiscatter": _multiscatter(node),
     }
     return replace(_shared(1.0, 0.0, 0.0), layered=True, **fields)
 
@@ -177,9 +184,46 @@ def _diffuse(node: Node, reader: NodeReader) -> Surface:
     return _opaque(color(reader, node, "Color"))
 
 
-def _as_diffuse(node: Node, reader: NodeReader) -> Surface:
-    reader.give_up(f"node {node.name!r} ({node.b_node.bl_label}) is traced as Diffuse BSDF")
-    return _diffuse(node, reader)
+def _hair(node: Node, reader: NodeReader) -> Surface:
+    """EEVEE draws hair as Diffuse BSDF of its colour, whether that is shown or melanin is."""
+    return _opaque(ex.as_color(value_of(reader, node.identified("Color"), "RGBA")))
+
+
+def _translucent(node: Node, reader: NodeReader) -> Surface:
+    return replace(_diffuse(node, reader), translucent=True)
+
+
+def _sheen(node: Node, reader: NodeReader) -> Surface:
+    """Principled's sheen over nothing. EEVEE draws a Diffuse BSDF instead."""
+    sheen = {"sheen": 1.0, "sheen_tint": color(reader, node, "Color"), "sheen_roughness": _roughness(node, reader)}
+    return replace(_opaque(BLACK), layered=True, **sheen)
+
+
+def _specular_bsdf(node: Node, reader: NodeReader) -> Surface:
+    """EEVEE's own (gpu_shader_material_eevee_specular.glsl): a sum, in which nothing takes light from another."""
+    clear, coat = (_unit(number(reader, node, name)) for name in ("Transparency", "Clear Coat"))
+    alpha, normal = ex.rest(clear), _normal(node, reader)
+    black = replace(_opaque(BLACK), layered=True)
+    gloss = replace(
+        black,
+        specular=ex.as_color(_unit(color(reader, node, "Specular"))),
+        roughness=_roughness(node, reader),
+        multiscatter=False,
+        normal=normal,
+    )
+    varnish = replace(
+        black,
+        coat=1.0,
+        coat_roughness=_unit(number(reader, node, "Clear Coat Roughness")),
+        normal=_normal(node, reader, "Clear Coat Normal"),
+    )
+    return weighted(
+        (1.0, replace(_opaque(BLACK), emission=color(reader, node, "Emissive Color"))),
+        (alpha, replace(_opaque(color(reader, node, "Base Color")), normal=normal)),
+        (alpha, gloss),
+        (ex.times(0.25, alpha, coat), varnish),
+        (clear, replace(_shared(0.0, 0.0, 1.0), ior=1.0)),
+    )
 
 
 def _emission(node: Node, reader: NodeReader) -> Surface:
@@ -200,10 +244,14 @@ SHADERS: dict[str, Callable[[Node, NodeReader], Surface]] = {
     "ShaderNodeBsdfGlossy": _glossy,
     "ShaderNodeBsdfMetallic": _metallic,
     "ShaderNodeBsdfDiffuse": _diffuse,
-    "ShaderNodeBsdfTranslucent": _as_diffuse,
-    "ShaderNodeBsdfSheen": _as_diffuse,
-    "ShaderNodeBsdfToon": _as_diffuse,
-    "ShaderNodeSubsurfaceScattering": _as_diffuse,
+    "ShaderNodeBsdfTranslucent": _translucent,
+    "ShaderNodeBsdfSheen": _sheen,
+    "ShaderNodeBsdfToon": _diffuse,
+    "ShaderNodeBsdfHair": _hair,
+    "ShaderNodeBsdfHairPrincipled": _hair,
+    "ShaderNodeBsdfRayPortal": _transparent,
+    "ShaderNodeSubsurfaceScattering": _diffuse,
+    "ShaderNodeEeveeSpecular": _specular_bsdf,
     "ShaderNodeEmission": _emission,
     "ShaderNodeHoldout": _holdout,
 }

@@ -241,7 +241,7 @@ def _source(batch: MeshInstances, key: str, corners: Int32) -> Float32 | None:
         local = mesh.attributes.get(key)
     if local is None:
         return None
-    if not key.startswith("tangent:"):
+    if not key.startswith(("tangent:", "around:")):
         return local[corners]
     return _world_tangents(batch, local)[np.arange(len(corners))[:, None, None], corners]
 

@@ -22,6 +22,8 @@ from .fields import Fields
 WIDTHS = {
     "interface": 1,  # (1 - r) (1 - o): what Fresnel shares out
     "tint": 3,  # transmission_tint
+    "film": 1,  # thickness of a thin film in nm,
+    "film_ior": 1,  # and its index
     "interface_tint": 3,  # of what Fresnel reflects
     "mirror": 3,  # r reflection_tint
     "base_color": 3,  # albedo
@@ -36,6 +38,7 @@ WIDTHS = {
     "lobe_blurred": 3,  # the same of what no ray follows, for the world
     "coat_blurred": 1,
     "lobe_roughness": 1,
+    "stretch": 1,  # of a brushed base
     "coat_roughness": 1,
 }  # fmt: skip
 """What there is, in the order of the rows, and how many rows each takes. What rays cross stands first."""
@@ -51,9 +54,9 @@ def _rows() -> dict[str, slice]:
 
 ROWS = _rows()
 HEIGHT = sum(WIDTHS.values())
-CROSSING = slice(0, ROWS["tint"].stop)
+CROSSING = slice(0, ROWS["film_ior"].stop)
 """What a shadow ray asks of a surface that it crosses."""
-NOT_CROSSED = frozenset(("base_color", "specular", "emission", "reflection_tint", "edge_tint"))
+NOT_CROSSED = frozenset(("base_color", "specular", "emission", "reflection_tint", "edge_tint", "metal_ior"))
 """Fields that change nothing of it."""
 
 

@@ -18,7 +18,8 @@ Fields = Mapping[str, Float64]
 VARIABLE = {
     "base_color": 3, "specular": 3, "roughness": 1, "emission": 3, "reflectivity": 1, "reflection_tint": 3,
     "opacity": 1, "transmission_tint": 3, "interface_tint": 3, "edge_tint": 3, "coat": 1, "coat_roughness": 1,
-    "coat_tint": 3, "sheen": 1, "sheen_roughness": 1, "sheen_tint": 3,
+    "coat_tint": 3, "sheen": 1, "sheen_roughness": 1, "sheen_tint": 3, "film": 1, "film_ior": 1, "metal_ior": 3,
+    "stretch": 1,
 }  # fmt: skip
 """What an expression may give, and how many numbers it is."""
 
@@ -26,15 +27,19 @@ SHARES = ("reflectivity", "opacity", "roughness", "coat_roughness", "sheen_rough
 """Of these, what lies between 0 and 1."""
 
 
+CONSTANT = ("ambient", "diffuse", "coat_ior", "multiscatter", "coat_shows")
+"""What no expression gives."""
 TYPICAL_IOR = 1.45
 """Stands for an IOR that varies where one is wanted for all of a surface: of a solid, for what lies in it."""
 MIN_IOR = 1e-5
 """Blender's own least."""
+LEAST = {"stretch": 1e-2}
+"""What must not be 0: a stretch divides, and of Blender's none is further from 1 than this or 100."""
 
 
 def constants(surface: Surface) -> dict[str, float]:
     """What is the same all over; a typical IOR where it varies."""
-    found = {name: float(getattr(surface, name)) for name in ("ambient", "diffuse", "coat_ior")}
+    found = {name: float(getattr(surface, name)) for name in CONSTANT}
     ior = TYPICAL_IOR if isinstance(surface.ior, Expression) else float(surface.ior)
     return {**found, **iors(surface, ior)}
 
@@ -75,5 +80,5 @@ def limited(name: str, values: np.ndarray) -> Float64:
     found = values.astype(np.float64)
     if not np.isfinite(found).all():
         found = np.nan_to_num(found)
-    found = np.maximum(found, 0)
+    found = np.maximum(found, LEAST.get(name, 0.0))
     return np.minimum(found, 1) if name in SHARES else found

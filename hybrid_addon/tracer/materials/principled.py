@@ -17,10 +17,11 @@ from functools import cache
 import numpy as np
 
 from ...scene import Float32, Float64
-from ..core.constants import FAINT, LEAST_COSINE, TRACED_ROUGHNESS
+from ..core.constants import FAINT, LEAST_COSINE, MIRROR_ROUGHNESS, TRACED_ROUGHNESS
 from ..core.vectors import Array
 from .columns import pack
 from .fields import Fields
+from .film import MIN_FILM_IOR, faded_in, film_reflectance, index_of, metal_index
 
 TABLE_SIZE = 32
 """Steps of cosine and roughness in the table of albedos; 48 x 48 directions are summed for each."""
@@ -29,6 +30,8 @@ FULL_F90_IOR = 1.33
 """From IOR 1 to this EEVEE lets the reflectance at grazing angles grow from 0 to 1."""
 EDGE_COSINE = 1 / 7
 """Of 82 degrees, where the edge tint of a metal holds."""
+FILM_DIRECTIONS = 4
+"""A film's colours are worked out at 4 x 2 visible normals."""
 
 
 # ------------------------------------------------------------------------------------------------ albedos
@@ -48,9 +51,18 @@ def albedo_table() -> Float64:
 def _albedo_row(alpha: float) -> Float64:
     """(3, cosine) for one roughness squared."""
     cos = (np.arange(TABLE_SIZE) / (TABLE_SIZE - 1)).clip(1e-4)[:, None, None]
-    steps = (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
-    # The half of the disk with x > 0: the other is its mirror image.
-    turn = 2 * np.pi * (steps[: DIRECTIONS // 2] - 0.25)
+    wo_h, masked = _visible_facets(cos, alpha, DIRECTIONS)
+    missing = 1 - wo_h
+    grazing = missing * missing
+    grazing *= grazing * missing
+    return np.stack([(masked * f).mean((1, 2)) for f in (1 - grazing, grazing, wo_h * grazing * missing)])
+
+
+def _visible_facets(cos: Array, alpha: Array | float, directions: int) -> tuple[Array, Array]:
+    """wo.h and G1(wi), (n, d, d / 2) each, of d * d visible normals: the half of the disk with x > 0, the other being
+    its mirror image. cos : (n, 1, 1), above 0.   alpha : the same, or one for all."""
+    steps = (np.arange(directions) + 0.5) / directions
+    turn = 2 * np.pi * (steps[: directions // 2] - 0.25)
     radius = np.sqrt(steps)[:, None]
     sin = np.sqrt(1 - cos * cos)
     stretched = np.sqrt((alpha * sin) ** 2 + cos * cos)
@@ -63,11 +75,7 @@ def _albedo_row(alpha: float) -> Float64:
     length = np.sqrt(hx * hx + hy * hy + hz * hz)
     wo_h = np.clip((sin * hx + cos * hz) / length, 0, 1)
     cos_i = 2 * wo_h * hz / length - cos
-    masked = np.where(cos_i > 0, masking(np.maximum(cos_i, LEAST_COSINE), alpha), 0)
-    missing = 1 - wo_h
-    grazing = missing * missing
-    grazing *= grazing * missing
-    return np.stack([(masked * f).mean((1, 2)) for f in (1 - grazing, grazing, wo_h * grazing * missing)])
+    return wo_h, np.where(cos_i > 0, masking(np.maximum(cos_i, LEAST_COSINE), alpha), 0)
 
 
 def masking(cos: Array, alpha: Array | float) -> Array:
@@ -97,23 +105,29 @@ def _bilinear(table: Array, cos: Array, roughness: Array) -> Array:
     return result
 
 
-def reflectance(f0: Float64, f90: Float64 | float, sums: Float64) -> Float64:
+def reflectance(f0: Float64, f90: Float64 | float, sums: Float64, multiscatter: bool = True) -> Float64:
     """Albedo (3, n) of a lobe with Schlick's Fresnel, with the light that the microfacets scatter more than once."""
     single = f0 * sums[0] + f90 * sums[1]
+    if not multiscatter:
+        return np.asarray(single)
     missing = 1 - (sums[0] + sums[1])
     mean = f0 + (f90 - f0) / 21
     result: Float64 = single + single * mean / (1 - missing * mean) * missing
     return result
 
 
-def metal_reflectance(f0: Float64, edge: Float64 | None, sums: Float64) -> Float64:
+def metal_reflectance(f0: Float64, edge: Float64 | None, sums: Float64, multiscatter: bool = True) -> Float64:
     """Albedo (3, n) of a metal: Schlick's, less a (1 - edge tint) of itself at 82 degrees; None: f0 at all angles."""
     if edge is None:
-        return reflectance(f0, f0, sums)
-    schlick = 1 + (f0 - 1) * (1 - (1 - EDGE_COSINE) ** 5)
-    excess = schlick * (1 - edge) / (EDGE_COSINE * (1 - EDGE_COSINE) ** 6)
-    result: Float64 = np.clip(reflectance(f0, 1.0, sums) - excess * sums[2], 0, 1)
+        return reflectance(f0, f0, sums, multiscatter)
+    excess = _at_the_edge(f0, 1.0) * (1 - edge) / (EDGE_COSINE * (1 - EDGE_COSINE) ** 6)
+    result: Float64 = np.clip(reflectance(f0, 1.0, sums, multiscatter) - excess * sums[2], 0, 1)
     return result
+
+
+def _at_the_edge(f0: Float64, edge: Float64 | float | None) -> Float64:
+    """Reflectance (3, n) of a metal at 82 degrees."""
+    return f0 if edge is None else edge * (1 + (f0 - 1) * (1 - (1 - EDGE_COSINE) ** 5))
 
 
 def normal_reflectance(ior: Float64) -> Float64:
@@ -139,6 +153,43 @@ def slab_tint(color: Float64, cos: Float64, ior: Float64) -> Float64:
     return np.power(np.maximum(color, 0), ior / np.sqrt(ior * ior - (1 - cos * cos)))
 
 
+# ------------------------------------------------------------------------------------------------ films
+
+
+class _Film:
+    """Of n hits what a thin film makes of the reflectances of their layers.
+
+    A film's colours turn with the angle, so its directional albedo is the mean over the microfacets that the eye sees.
+    """
+
+    def __init__(self, f: Fields, cos: Float64, sums: Float64) -> None:
+        """cos, sums: (n,) and (3, n), of `albedos`."""
+        self.thickness, self.index = f["film"], np.maximum(f["film_ior"], MIN_FILM_IOR)
+        self.single = (sums[0] + sums[1])[None]
+        self.missing = (1 - self.single) * f["multiscatter"]
+        self.angles = [(np.asarray(cos)[None], 1.0)]
+        if (f["roughness"] > MIRROR_ROUGHNESS).any():
+            alpha = f["roughness"].T[:, :, None].clip(1e-2) ** 2
+            wo_h, masked = _visible_facets(np.maximum(cos, 1e-4)[:, None, None], alpha, FILM_DIRECTIONS)
+            share = masked / np.maximum(masked.sum((1, 2), keepdims=True), LEAST_COSINE)
+            wo_h, share = wo_h.reshape(len(cos), -1).T[:, None], share.reshape(len(cos), -1).T[:, None]
+            self.angles = list(zip(wo_h, share, strict=True))
+
+    def over(self, bare: Float64, n: Float64, k: Float64 | float = 0.0, scale: Float64 | float = 1.0) -> Float64:
+        """Albedo (3, n) of a lobe of albedo `bare` (1 or 3, n) whose base has the index n + i k: with the film.
+
+        scale : of what the film reflects.
+        """
+        mean = scale * sum(share * film_reflectance(c, self.thickness, self.index, n, k) for c, share in self.angles)
+        filmed = mean * self.single * (1 + mean / (1 - self.missing * mean) * self.missing)
+        return np.asarray(faded_in(self.thickness, bare, filmed))
+
+    def over_dielectric(self, bare: Float64, f0: Float64) -> Float64:
+        """The same over a dielectric of reflectance f0 (3, n): its index is that of the brightest of the three."""
+        most = f0.max(axis=0, keepdims=True)
+        return self.over(bare, index_of(most), scale=np.where(most > 0, f0 / np.where(most > 0, most, 1), 1.0))
+
+
 # ------------------------------------------------------------------------------------------------ the stack
 
 
@@ -149,6 +200,9 @@ def layered_columns(f: Fields, cos: Float64) -> Float32:
     covered = np.where(bare, 1 - passing, 1.0)  # what passes unbent misses all layers: Alpha
     traced, coat_traced = f["roughness"] < TRACED_ROUGHNESS, f["coat_roughness"] < TRACED_ROUGHNESS
     sums = albedos(cos, f["roughness"][0])
+    film = _Film(f, cos, sums) if f["film"].any() else None
+    multiscatter = bool(f["multiscatter"].all())
+    kept = 1.0 if multiscatter else np.sqrt(sums[0] + sums[1])  # refraction turns less: measured, half is lost
 
     sheen: Array = np.zeros((1, 1))
     if f["sheen"].any():
@@ -159,23 +213,31 @@ def layered_columns(f: Fields, cos: Float64) -> Float32:
 
     lobe: Array = np.zeros((1, 1))
     if metal.any():
-        lobe = under * metal * metal_reflectance(f["reflection_tint"], f.get("edge_tint"), sums)
+        color, edge = f["reflection_tint"], f.get("edge_tint")
+        reflected = metal_reflectance(color, edge, sums, multiscatter)
+        if film is not None:
+            reflected = film.over(reflected, *metal_index(color, _at_the_edge(color, edge), f.get("metal_ior")))
+        lobe = under * metal * reflected
     passed = f["transmission_tint"]
     if (f["pane_ior"] != 1).any():
-        pane, passed = _pane(f, cos, sums)
+        pane, passed = _pane(f, cos, sums, film)
         lobe = lobe + under * passing * pane
     f0 = f["specular"]
-    dielectric = reflectance(f0, grazing_reflectance(f0), sums) if f0.any() else np.zeros((1, 1))
+    dielectric = reflectance(f0, grazing_reflectance(f0), sums, multiscatter) if f0.any() else np.zeros((1, 1))
+    if film is not None:
+        dielectric = film.over_dielectric(dielectric, f0)
     gloss = under * body * dielectric
     shown = lobe + gloss
     if passing.any():
         f0 = normal_reflectance(f["ior"])
-        interface = under * passing * f["interface_tint"] * reflectance(f0, grazing_reflectance(f0), sums)
+        once = reflectance(f0, grazing_reflectance(f0), sums, multiscatter)
+        once = once if film is None else film.over(once, f["ior"])
+        interface = under * passing * f["interface_tint"] * once
         shown = shown + np.where(f["ior"] == 1, 0, interface)
 
     through = np.where(bare, 1.0, tint)
     changed = {
-        "interface": np.where(bare, passing, passing * below),
+        "interface": np.where(bare, passing, passing * below * kept),
         "tint": passed * through,
         "interface_tint": f["interface_tint"] * through,
         "mirror": lobe + np.where(traced, gloss, 0) + np.where(coat_traced, coat, 0),
@@ -190,6 +252,9 @@ def layered_columns(f: Fields, cos: Float64) -> Float32:
         "coat_blurred": np.where(coat_traced, 0, coat),
         "lobe_roughness": f["roughness"],
         "coat_roughness": f["coat_roughness"],
+        "stretch": f["stretch"],
+        "film": f["film"],
+        "film_ior": f["film_ior"],
     }
     return pack(changed, len(cos))
 
@@ -201,14 +266,15 @@ def _coat(f: Fields, cos: Float64, covered: Array, below: Array) -> tuple[Array,
     sums, f0 = albedos(cos, f["coat_roughness"][0]), normal_reflectance(f["coat_ior"])
     albedo = f["coat"] * (f0 * sums[0] + grazing_reflectance(f0) * sums[1])
     tint = 1 + (slab_tint(f["coat_tint"], cos, f["coat_ior"]) - 1) * np.minimum(f["coat"], 1)
-    return covered * below * albedo, below * np.maximum(1 - albedo, 0), tint
+    return covered * below * albedo * f["coat_shows"], below * np.maximum(1 - albedo, 0), tint
 
 
-def _pane(f: Fields, cos: Float64, sums: Float64) -> tuple[Float64, Float64]:
+def _pane(f: Fields, cos: Float64, sums: Float64, film: _Film | None) -> tuple[Float64, Float64]:
     """What a thin pane reflects and passes, (3, n), with all that goes to and fro in it; 0 and 1 of none."""
     ior = f["pane_ior"]
     f0 = normal_reflectance(ior)
     once = reflectance(f0, grazing_reflectance(f0), sums)
+    once = once if film is None else film.over(once, ior)
     color = slab_tint(f["transmission_tint"], cos, ior)
     passed = color * (1 - once) ** 2 / np.maximum(1 - (once * color) ** 2, FAINT)
     none = ior == 1

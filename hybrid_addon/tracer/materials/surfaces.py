@@ -62,6 +62,9 @@ class SurfaceTable:
     varies_through: Bools  # (s,) and of what it lets through
     layered: Bools  # (s,) it answers in layers
     blurs: Bools  # (s,) and may show the world blurred
+    filmed: Bools  # (s,) a thin film colours what its interface reflects
+    translucent: Bools  # (s,) its diffuse light is that of its other side
+    brushed: Bools  # (s,) its rough reflections are longer one way than the other
     tabulated: Tabulated  # what hits gather, by their cosines
     surfaces: tuple[Surface, ...]
     blur_roughness: tuple[float, float]  # of reflections that show the world blurred
@@ -156,6 +159,8 @@ def with_expressions(surface: Surface) -> Surface:
         unused |= {"coat_tint": WHITE, "coat_roughness": 0.0}
     if surface.layered and surface.sheen == 0.0:
         unused |= {"sheen_tint": BLACK, "sheen_roughness": 0.0}
+    if surface.film == 0.0:
+        unused |= {"film_ior": 1.0, "metal_ior": None}
     varying = [name for name in unused if isinstance(getattr(surface, name), Expression)]
     return replace(surface, **{name: unused[name] for name in varying})
 
@@ -198,6 +203,8 @@ def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
         culled=np.array([s.culled for s in surfaces]), shadow_culled=np.array([s.shadow_culled for s in surfaces]),
         varies=layered | expressive, expressive=expressive,
         varies_through=(layered | through) & expressive & ~tabulated.known, layered=layered, blurs=blurs,
+        filmed=layered & (high["film"][0] > 0), translucent=np.array([s.translucent for s in surfaces]),
+        brushed=layered & np.array([s.tangent is not None and s.stretch != 1.0 for s in surfaces]),
         tabulated=tabulated, surfaces=surfaces, blur_roughness=_blur_roughness(low, high, blurs),
         closure_count=count, first_closure=first, closure_weight=weight, owner=owner, band=band,
     )  # fmt: skip

@@ -19,7 +19,7 @@ from ..core.vectors import Index, add, count, dot, flatnonzero, no_brighter, sel
 from ..emitters.light import CompiledLight, Illumination
 from ..prepare.compiled import CompiledScene
 from .interaction import Interaction
-from .ltc import Lobe, ggx_lobe
+from .ltc import BrushedLobe, LampLobe, Lobe, ggx_lobe
 from .occlusion import open_share
 from .scattering import above, half_way, mirrored, phong, schlick
 from .shadows import NOTHING, TOGETHER, Origins, visible_shares
@@ -42,7 +42,7 @@ class _Receivers:
     hit: Interaction
     point: Float32
     diffuse: Float32
-    glossy: list[tuple[Index, Float32, Lobe]]
+    glossy: list[tuple[Index, Float32, Lobe | BrushedLobe]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +66,8 @@ def direct_light(
 
     cut : see `Cut`; None: no light is too faint.   asks_lit : which lights reach each hit is wanted.
     """
+    if scene.surfaces.translucent.any():
+        hit = hit.turned(hit.table.translucent.take(hit.surface))
     plan, color = scene.plan, hit.value("base_color")
     radiance = np.zeros(color.shape, np.float32)
     lit = np.zeros(len(hit.prim), np.uint32) if asks_lit else None
@@ -119,9 +121,12 @@ def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, s
     arriving = np.asarray(receivers.diffuse * (lit.diffuse * np.float32(light.light.diffuse)), np.float32)
     if scene.plan.specular and light.light.specular != 0:
         _add_phong(hit, lit, light, arriving)
-        for index, color, lobe in receivers.glossy:
+        for index, color, lobes in receivers.glossy:
             point, normal = take(receivers.point, index), take(hit.n_geometric, index)
+            lobe = lobes if isinstance(lobes, Lobe) else lobes.towards(take(lit.wi, index))
             seen = light.highlight(point, normal, lobe, take(hit.offset, index))
+            if isinstance(lobe, LampLobe):
+                seen = seen * lobe.weight.astype(np.float32)
             add(arriving, index, color * (seen * np.float32(light.light.specular)))
     if light.light.cast_shadow and hit.n_shading is not hit.n_geometric:
         # What casts no shadow, not even on itself, gets no light through its back: a flat one asked for none.
@@ -203,15 +208,25 @@ def _add_ambient(scene: CompiledScene, hit: Interaction, color: Float32, radianc
             add(radiance, index, take(weight, rough) * image)
 
 
-def _glossy(hit: Interaction) -> list[tuple[Index, Float32, Lobe]]:
+def _glossy(hit: Interaction) -> list[tuple[Index, Float32, Lobe | BrushedLobe]]:
     """The rough lobes of layered surfaces that lamps may light: of the base, then of the coat."""
     shines = hit.table.layered.take(hit.surface) & hit.has_highlight
     shines &= hit.table.shades_specular.take(hit.surface)
-    found = []
+    found: list[tuple[Index, Float32, Lobe | BrushedLobe]] = []
     for name in ("lobe", "coat") if shines.any() else ():
         weight, roughness = hit.value(name), hit.value(f"{name}_roughness")
         has_weight = weight != 0 if weight.ndim == 1 else (weight != 0).any(axis=0)
-        index = select(shines & has_weight & (roughness > MIRROR_ROUGHNESS))
+        has_lobe = shines & has_weight & (roughness > MIRROR_ROUGHNESS)
+        if name == "lobe" and hit.tangent is not None:
+            grooves = has_lobe & hit.tangent.any(axis=0)
+            has_lobe = has_lobe & ~grooves
+            index = select(grooves)
+            brushed = hit.brushed(index)
+            if brushed is not None and count(index, len(shines)):
+                n = take(hit.n_shading, index)
+                wo, _ = above(take(hit.wo, index), n, dot(take(hit.wo, index), n))
+                found.append((index, take(weight, index), BrushedLobe(wo, n, take(roughness, index), brushed)))
+        index = select(has_lobe)
         if count(index, len(shines)):
             lobe = ggx_lobe(take(hit.wo, index), take(hit.n_shading, index), take(roughness, index))
             found.append((index, take(weight, index), lobe))

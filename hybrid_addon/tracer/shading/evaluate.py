@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...expressions import Evaluation
 from ...scene import Expression, Float32, Float64, Surface
+from ..core.constants import LEAST_COSINE
 from ..core.rays import Rays, RayState
 from ..core.sampler import Draws
 from ..core.vectors import ALL, Array, Index, dot, flatnonzero, take, write
@@ -25,6 +26,8 @@ from ..prepare.compiled import CompiledScene
 from .crossings import with_sides
 from .hit_data import HitData
 from .interaction import Interaction, interact
+from .microfacets import brushed_share
+from .scattering import above
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -54,7 +57,9 @@ def resolve(geometry: Geometry, at: Interaction, distance: Float64) -> Interacti
     cos = np.maximum(dot(at.wo, n_shading), 0)  # one that looks away from the eye is seen edge on
     values = at.table.tabulated.look_up(at.surface, cos)
     values = _with_expressions(at.table, assigned, values, at.surface, cos)
-    return replace(at, values=values, n_shading=n_shading)
+    at = replace(at, values=values, n_shading=n_shading)
+    tangent = _tangents(assigned, n_shading)
+    return at if tangent is None else _brushed(at, tangent)
 
 
 def resolve_crossings(
@@ -112,6 +117,41 @@ def _turned(assigned: list[_HitGroup], n_shading: Float32) -> Float32:
         assert one.surface.normal is not None
         write(result, one.hits, one.data.unit_normal(one.evaluate(one.surface.normal)))
     return result
+
+
+def _tangents(assigned: list[_HitGroup], n_shading: Float32) -> Float32 | None:
+    """Unit vectors (3, n) along brushed surfaces, 0 where there is none; None: no surface is brushed."""
+    brushed = [one for one in assigned if one.surface.tangent is not None]
+    result = np.zeros_like(n_shading) if brushed else None
+    for one in brushed:
+        assert one.surface.tangent is not None and result is not None
+        write(result, one.hits, _along(one.evaluate(one.surface.tangent)[:3], take(n_shading, one.hits)))
+    return result
+
+
+def _brushed(at: Interaction, tangent: Float32) -> Interaction:
+    """The hits with their grooves, and the light that is lost in these."""
+    at = replace(at, tangent=tangent)
+    index = flatnonzero(tangent.any(axis=0))
+    brushed = at.brushed(index)
+    if brushed is None or len(index) == 0:
+        return at
+    n = at.n_shading[:, index]
+    wo, _ = above(at.wo[:, index], n, at.cos_o[index])
+    share = np.ones(tangent.shape, np.float32)
+    share[:, index] = brushed_share(wo, n, at.value("lobe_roughness", index), brushed)
+    factors = {**at.values.factors, "mirror": share, "lobe_blurred": share}
+    return replace(at, values=replace(at.values, factors=factors))
+
+
+def _along(vector: Array, n: Float32) -> Float32:
+    """Unit vectors (3, m): the part of `vector` (3, m or 1) in the plane of normals n, 0 where there is none."""
+    along = np.broadcast_to(vector, n.shape).astype(np.float64)
+    along = along / np.maximum(np.abs(along).max(axis=0), np.finfo(np.float32).tiny)
+    along = along - n * dot(along, n)
+    length = np.sqrt(dot(along, along))
+    found = np.isfinite(length) & (length > LEAST_COSINE)
+    return np.where(found, along / np.where(found, length, 1), 0).astype(np.float32)
 
 
 def _with_expressions(

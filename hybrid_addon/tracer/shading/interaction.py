@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -41,8 +41,9 @@ class Interaction:
     outer       : (3, n) float32, origin of new rays on the side of wo
     media       : (rows, n) int32, solids around the hit on the side of wo; None: nothing absorbs shadow rays
     draws       : its random numbers; None: shadows are hard
-    came        : how the rays came that hit; None: no surface asks
-    sides       : the media around hits where more than one surface is passed; None: nowhere
+        tangent     : (3, n) float32 unit vectors along brushed surfaces, 0 on others; None: all are round
+        came        : how the rays came that hit; None: no surface asks
+        sides       : the media around hits where more than one surface is passed; None: nowhere
     share       : (n,) float32, of the weights of all closures there, that of this one; None: it is alone
     """
 
@@ -62,6 +63,7 @@ class Interaction:
     draws: Draws | None = None
     came: RayState | None = None
     sides: Sides | None = None
+    tangent: Float32 | None = None
     share: Float32 | None = None
 
     @property
@@ -93,6 +95,27 @@ class Interaction:
         """Origins (3, m) of new rays on the far side, for the hits `index`."""
         return offset_origin(take(self.point, index), take(self.n_geometric, index), -take(self.offset, index))
 
+    def brushed(self, index: Index) -> tuple[Float32, Float32] | None:
+        """Tangents (3, m) and stretches (m,) of the hits `index`; None: all are round."""
+        if self.tangent is None:
+            return None
+        return take(self.tangent, index), self.value("stretch", index)
+
+    def turned(self, over: NDArray[np.bool_]) -> Interaction:
+        """The hits with those `over` (n,) as seen from the other side: what falls there lights them."""
+        if not over.any():
+            return self
+        side = np.where(over, np.float32(-1), np.float32(1))
+        n_geometric = self.n_geometric * side
+        flat = self.n_shading is self.n_geometric
+        return replace(
+            self,
+            entering=self.entering ^ over,
+            n_geometric=n_geometric,
+            n_shading=n_geometric if flat else self.n_shading * side,
+            outer=np.where(over, self.inner(ALL), self.outer),
+        )
+
     def take(self, index: Index) -> Interaction:
         """The hits `index`, in that order."""
         if isinstance(index, slice) and index == slice(None):
@@ -116,6 +139,7 @@ class Interaction:
             draws=None if self.draws is None else self.draws.take(index),
             came=None if self.came is None else self.came.take(index),
             sides=None if self.sides is None else self.sides.take(index),
+            tangent=None if self.tangent is None else take(self.tangent, index),
             share=None if self.share is None else take(self.share, index),
         )
 

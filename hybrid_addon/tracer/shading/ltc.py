@@ -7,6 +7,11 @@ lamp under the inverse matrix (`form_factors`). EEVEE does the same, so both hal
 
 The table is our own (tools/fit_ltc.py): the lobe's mean direction as an angle off the mirror's, and the matrix, all
 over alpha.
+
+Of brushed surfaces there is no table, nor does EEVEE draw them. Slopes p, q of GGX's microfacets over their alphas are
+distributed as a clamped cosine is over its tangent plane, 1 / (pi (1 + p^2 + q^2)^2), and the half vector (p, q, 1)
+reflects the eye to 2 (wo.h) h - (h.h) wo. Its tangent where h leads to the middle of a lamp makes a linearly
+transformed cosine for this lamp alone: exact for small ones, wherever in the lobe they are.
 """
 
 from __future__ import annotations
@@ -20,6 +25,7 @@ import numpy as np
 from ...scene import Float32, Float64
 from ..core.constants import LEAST_COSINE
 from ..core.vectors import Array, cross, dot, orthonormal_basis
+from ..materials.principled import albedos, masking
 
 
 @cache
@@ -47,6 +53,86 @@ class Lobe:
         """Vectors (3, n) where the lobe is a cosine around +Z."""
         z = dot(self.z, a)
         return np.stack([(dot(self.x, a) - self.m13 * z) / self.m11, dot(self.y, a) / self.m22, z])
+
+
+STEEPEST_FACET = 0.05
+"""Cosine of the steepest microfacets (87 degrees) that lobes are made around: those that would have to be steeper to
+show a lamp, which is below the horizon then, would make spikes of rounding."""
+
+Brushed = tuple[Float32, Float32]
+"""Tangents (3, n) along surfaces, unit vectors or 0, and how their reflections are stretched (n,) (scene.Surface)."""
+
+
+def groove_frame(n: Float32, alpha: Float32, brushed: Brushed | None) -> tuple[Float32, Float32, Float32, Float32]:
+    """Tangents and bitangents (3, n), and GGX's alpha (n,) along each; None: any, and the same."""
+    tangent, bitangent = orthonormal_basis(n)
+    if brushed is None:
+        return tangent, bitangent, alpha, alpha
+    grooves = brushed[0].any(axis=0)
+    tangent, bitangent = np.where(grooves, brushed[0], tangent), np.where(grooves, cross(n, brushed[0]), bitangent)
+    stretch: Float32 = np.where(grooves, brushed[1], np.float32(1))
+    return tangent, bitangent, np.asarray(alpha / stretch, np.float32), np.asarray(alpha * stretch, np.float32)
+
+
+def alpha_from(w: Array, frame: tuple[Array, Array, Array, Array]) -> Array:
+    """GGX's alpha (n,) as Smith's masking sees it from directions w (3, n), in a `groove_frame`."""
+    tangent, bitangent, along, across = frame
+    x, y = dot(w, tangent), dot(w, bitangent)
+    sin2 = np.maximum(x * x + y * y, w.dtype.type(LEAST_COSINE**2))
+    return np.asarray(np.sqrt(((along * x) ** 2 + (across * y) ** 2) / sin2))
+
+
+@dataclass(frozen=True, eq=False)
+class LampLobe:
+    """Lobes of n brushed hits as clamped cosines, for one lamp.
+
+    rows : three of (3, n) float64, the inverse of the matrix.   weight : (n,) float64, of the cosine.
+    """
+
+    rows: tuple[Float64, Float64, Float64]
+    weight: Float64
+
+    def untransformed(self, a: Float64) -> Float64:
+        """Vectors (3, n) where the lobe is a cosine around +Z."""
+        return np.stack([dot(row, a) for row in self.rows])
+
+
+@dataclass(frozen=True, eq=False)
+class BrushedLobe:
+    """n brushed hits: wo, n (3, n), roughness (n,), float32, and how they are brushed."""
+
+    wo: Float32
+    n: Float32
+    roughness: Float32
+    brushed: Brushed
+
+    def towards(self, wi: Float32) -> LampLobe:
+        """Their lobes for lamps whose middles lie along wi (3, n)."""
+        tangent, bitangent, along, across = (
+            a.astype(np.float64) for a in groove_frame(self.n, self.roughness**2, self.brushed)
+        )
+        frame = tangent, bitangent, along, across
+        eye, n, lamp = (a.astype(np.float64) for a in (self.wo, self.n, wi))
+        half = eye + lamp
+        up = np.maximum(dot(half, n), STEEPEST_FACET * np.maximum(np.sqrt(dot(half, half)), LEAST_COSINE))
+        p, q = dot(half, tangent) / up, dot(half, bitangent) / up
+        half = p * tangent + q * bitangent + n
+        facing, length2 = dot(eye, half), 1 + p * p + q * q
+        by_p, by_q = (
+            2 * (dot(eye, way) * half + facing * way - slope * eye) for way, slope in ((tangent, p), (bitangent, q))
+        )
+        third = 2 * facing * half - length2 * eye - p * by_p - q * by_q
+        first, second = along * by_p, across * by_q
+        rows = cross(second, third), cross(third, first), cross(first, second)
+        volume = dot(first, rows[0])
+        # A cosine is the same mirrored: what turns around as a mirror does is mirrored back.
+        turned = (rows[0] * np.sign(volume), rows[1], rows[2] * np.sign(volume))
+        size = np.where(volume != 0, 1 / np.where(volume != 0, np.abs(volume), 1), 0)
+        cos_o, cos_i = (np.maximum(dot(a, n), LEAST_COSINE) for a in (eye, lamp))
+        seen = [masking(cos, alpha_from(w, frame)) for cos, w in ((cos_o, eye), (cos_i, lamp))]
+        sums = albedos(cos_o, self.roughness)
+        weight = seen[0] * seen[1] * facing / (cos_o * (sums[0] + sums[1]))
+        return LampLobe((turned[0] * size, turned[1] * size, turned[2] * size), weight)
 
 
 def ggx_lobe(wo: Float32, n: Float32, roughness: Float32) -> Lobe:

@@ -23,17 +23,21 @@ from ...scene import Float32, Float64
 from ..core.constants import FAINT, LEAST_COSINE, MICROFACET_TRIES, MIRROR_ROUGHNESS
 from ..core.rays import Rays
 from ..core.sampler import Draws, hash32
-from ..core.vectors import Array, dot, flatnonzero, largest_component, normalize, orthonormal_basis
-from ..materials.principled import masking
+from ..core.vectors import Array, dot, flatnonzero, largest_component, normalize
+from ..materials.principled import albedos, masking
 from ..prepare.compiled import CompiledScene
 from .interaction import Interaction
+from .ltc import Brushed, alpha_from, groove_frame
 from .scattering import reflect, reflecting_normal
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
-
 FACET, LOBE, TRY = np.uint32(0x52D3F1A7), np.uint32(0x1B56C4E9), np.uint32(0x9D2C5681)
 """Dimensions of the sampler; each try has one of its own."""
+GROOVE_LATTICE = (21, 13)
+"""What grooves reflect is the mean over 21 microfacets, a Fibonacci lattice: within 0.015 of that over 4096. A grid of
+4 x 4, whose rows lie along the grooves, is 0.05 off.
+"""
 
 
 @dataclass(eq=False)
@@ -105,8 +109,11 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Sa
     facing = flatnonzero(wide & (roughness > MIRROR_ROUGHNESS) & (dot(at.wo, normals) > 0))
     normals = np.where(wide, normals, at.n_shading)
     redraw = (at.value("interface") == 0).take(facing)
+    brushed = at.brushed(facing)
+    if brushed is not None:  # coats are round
+        brushed = brushed[0], np.where(is_coat[facing], np.float32(1), brushed[1])
     normals[:, facing] = _microfacets(
-        at.wo[:, facing], normals[:, facing], roughness[facing] ** 2, redraw, draws.take(facing)
+        at.wo[:, facing], normals[:, facing], roughness[facing] ** 2, redraw, draws.take(facing), brushed
     )
     at = replace(at, n_shading=normals)
     is_rough = wide & (roughness > MIRROR_ROUGHNESS)
@@ -139,36 +146,67 @@ def _repeated(
     return rays, replace(at, draws=draws), t[index], index, is_last
 
 
-def _microfacets(wo: Float32, n: Float32, alpha: Float32, redraw: Bools, draws: Draws) -> Float32:
+def _microfacets(
+    wo: Float32, n: Float32, alpha: Float32, redraw: Bools, draws: Draws, brushed: Brushed | None
+) -> Float32:  # fmt: skip
     """Normals (3, m) of microfacets of surfaces of normals n that are seen from wo.
 
-    redraw : (m,) bool, draw again while another microfacet catches what is reflected.
+    redraw : (m,) bool, draw again while another microfacet catches what is reflected.   brushed : see `visible_normal`.
     """
     result = np.empty_like(wo)
     left: Numbers = np.arange(wo.shape[1])
     for number in range(MICROFACET_TRIES):
         some, salt = draws.take(left), np.uint32(number)
-        h = visible_normal(wo[:, left], n[:, left], alpha[left], some.square(FACET + salt))
+        ways = None if brushed is None else (brushed[0][:, left], brushed[1][left])
+        h = visible_normal(wo[:, left], n[:, left], alpha[left], some.square(FACET + salt), ways)
         result[:, left] = h
-        cosine = dot(reflect(wo[:, left], h), n[:, left])
-        passes = np.where(cosine > 0, masking(np.maximum(cosine, np.float32(LEAST_COSINE)), alpha[left]), 0)
+        wi = reflect(wo[:, left], h)
+        cosine, width = dot(wi, n[:, left]), alpha[left]
+        if ways is not None:
+            width = alpha_from(wi, groove_frame(n[:, left], width, ways))
+        passes = np.where(cosine > 0, masking(np.maximum(cosine, np.float32(LEAST_COSINE)), width), 0)
         left = left[redraw[left] & (some.square(TRY + salt)[0] >= passes)]
         if len(left) == 0:
             break
     return result
 
 
-def visible_normal(wo: Float32, n: Float32, alpha: Float32, square: tuple[Float32, Float32]) -> Float32:
-    """Normals (3, m) of microfacets of GGX that are seen from wo, which lies above n: by points of the unit square."""
-    tangent, bitangent = orthonormal_basis(n)
-    x, y, z = dot(wo, tangent) * alpha, dot(wo, bitangent) * alpha, dot(wo, n)
+def visible_normal(
+    wo: Float32, n: Float32, alpha: Float32, square: tuple[Float32, Float32], brushed: Brushed | None = None
+) -> Float32:
+    """Normals (3, m) of microfacets of GGX that are seen from wo, which lies above n: by points of the unit square.
+
+    brushed : tangents (3, m), unit vectors or 0, and stretches (m,) (scene.Surface); None: all are round.
+    """
+    tangent, bitangent, along, across = groove_frame(n, alpha, brushed)
+    x, y, z = dot(wo, tangent) * along, dot(wo, bitangent) * across, dot(wo, n)
     length = np.sqrt(x * x + y * y + z * z)
     x, y, z = x / length, y / length, z / length
     phi: Array = np.float32(2 * np.pi) * square[0]
     cap = 1 - square[1] * (1 + z)  # from 1 down to -z
     sin = np.sqrt(np.maximum(1 - cap * cap, 0))
     hx, hy, hz = sin * np.cos(phi) + x, sin * np.sin(phi) + y, np.maximum(cap + z, np.float32(0))
-    return normalize(tangent * (hx * alpha) + bitangent * (hy * alpha) + n * hz).astype(np.float32, copy=False)
+    return normalize(tangent * (hx * along) + bitangent * (hy * across) + n * hz).astype(np.float32, copy=False)
+
+
+def brushed_share(wo: Float32, n: Float32, roughness: Float32, brushed: Brushed) -> Float32:
+    """What brushed surfaces reflect (m,), of what round ones of the same roughness do.
+
+    Grooves catch more of the light than the same microfacets all around. What these catch is given back (`principled`),
+    and so it is here, but no more, as in Cycles: EEVEE has no grooves.
+    """
+    alpha = roughness**2
+    frame = groove_frame(n, alpha, brushed)
+    escapes, (number, turns) = np.zeros(len(alpha), np.float32), GROOVE_LATTICE
+    for place in range(number):
+        lattice = (place * turns % number + 0.5) / number, (place + 0.5) / number
+        square = np.full(1, lattice[0], np.float32), np.full(1, lattice[1], np.float32)
+        wi = reflect(wo, visible_normal(wo, n, alpha, square, brushed))
+        cosine = dot(wi, n)
+        escapes += np.where(cosine > 0, masking(np.maximum(cosine, LEAST_COSINE), alpha_from(wi, frame)), 0)
+    sums = albedos(np.clip(dot(wo, n), 0, 1), roughness)
+    share = escapes / (number * np.maximum(sums[0] + sums[1], LEAST_COSINE))
+    return np.asarray(np.minimum(share, 1), np.float32)
 
 
 def are_blurred(scene: CompiledScene, at: Interaction) -> Bools | None:

@@ -13,6 +13,8 @@ from ...procedural.fresnel import fresnel_dielectric as fresnel_dielectric
 from ...scene import Float32, Float64
 from ..core.constants import LEAST_COSINE, MIN_OUTER_COSINE, OUTER_COSINE_SHARE, SIMPLE_CAUSTIC_FROM
 from ..core.vectors import Array, cross, dot, flatnonzero, normalize, put, take
+from ..materials.columns import HitValues
+from ..materials.film import film_fresnel
 
 
 def reflect(wo: Array, n: Array) -> Array:
@@ -48,6 +50,22 @@ def both_faces(fresnel: Array, tint: Array, thin: NDArray[np.bool_] | None) -> t
     if thin is None:
         return fresnel, tint
     return np.where(thin, 2 * fresnel / (1 + fresnel), fresnel), np.where(thin, tint * tint, tint)
+
+
+def with_film(
+    fresnel: Float32, filmed: NDArray[np.intp], cos_i: Float64, eta: Float64, outside: NDArray[np.bool_], ior: Float64,
+    values: HitValues,
+) -> Float32:  # fmt: skip
+    """Reflectance of n interfaces: (n,), or (3, n) with the colours that thin films give to those `filmed`.
+
+    cos_i, eta, outside, ior: (n,), see `film_fresnel`.
+    """
+    if len(filmed) == 0:
+        return fresnel
+    bare, cosine, relative, index = (take(a, filmed) for a in (fresnel, cos_i, eta, ior))
+    film = values.value("film", filmed), values.value("film_ior", filmed)
+    colored = film_fresnel(bare, cosine, relative, take(outside, filmed), index, *film)
+    return put(np.broadcast_to(fresnel, (3, len(fresnel))), filmed, colored)
 
 
 def simple_caustic(cos_i: Float64, ior: Float64) -> Float64:

@@ -24,7 +24,7 @@ from ..prepare.compiled import CompiledScene, ShadowCasters
 from .closures import closure_weights
 from .evaluate import resolve_crossings
 from .interaction import Interaction, shadow_origin
-from .scattering import both_faces, fresnel_dielectric, passed, simple_caustic
+from .scattering import both_faces, fresnel_dielectric, passed, simple_caustic, with_film
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -316,6 +316,9 @@ def _passed_closures(
     ior = table.ior.take(surface) if seen.ior is None else seen.ior
     thin = scene.media.is_thin(prim)
     once = fresnel_dielectric(cos.astype(np.float32), ior.astype(np.float32))
+    if table.filmed.any():
+        filmed, outside = flatnonzero(table.filmed.take(surface)), np.ones(len(prim), bool)
+        once = with_film(once, filmed, np.minimum(cos, 1.0), ior, outside, ior, seen)
     fresnel, tint = both_faces(once, seen.value("tint", ALL), thin)
     share: Array = seen.value("interface", ALL) * passed(fresnel, table.reflects.take(surface))
     if scene.settings.caustics == "SIMPLE":

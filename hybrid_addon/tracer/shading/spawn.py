@@ -38,6 +38,7 @@ from .scattering import (
     reflect,
     reflecting_normal,
     refract,
+    with_film,
 )
 
 Bools = NDArray[np.bool_]
@@ -134,6 +135,9 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
         relative[~take(is_optical, optical)] = 1.0
         cos_i[optical], eta[optical] = cosine, relative
         fresnel[optical] = fresnel_dielectric(cosine, relative)
+        if scene.surfaces.filmed.any():
+            filmed = flatnonzero(is_optical & at.table.filmed.take(at.surface))
+            fresnel = with_film(fresnel, filmed, cos_i, eta, outside, at.ior, at.values)
     bends, blurs = eta != 1, at.value("lobe_roughness") > MIRROR_ROUGHNESS
     if thin is not None:
         fresnel, tint = both_faces(fresnel, tint, thin)

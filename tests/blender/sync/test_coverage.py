@@ -226,12 +226,12 @@ def test_the_kinds_of_objects_are_all_known():
 def test_the_most_important_warnings_come_first(stage):
     stage.view_layers[0].use_solid = False
     shader = bpy.data.materials["Material"].node_tree.nodes["Principled BSDF"]
-    shader.inputs["Anisotropic"].default_value = 0.5
+    shader.inputs["Subsurface Weight"].default_value = 0.5
     shader.inputs["Diffuse Roughness"].default_value = 0.5
     told = translated(stage)[2]
     found = [
         next(i for i, line in enumerate(told) if what in line)
-        for what in ("EEVEE draws no surfaces", "Anisotropic", "Diffuse Roughness")
+        for what in ("EEVEE draws no surfaces", "Subsurface Weight", "Diffuse Roughness")
     ]
     assert found == sorted(found)
 

@@ -89,7 +89,7 @@ def test_a_lobe_is_distributed_as_its_density_says(cosine, alpha, drawn_again):
     sampler = Sampler(pixel_keys(np.arange(n), np.zeros(n, int), 0), 0, 1)
     draws = sampler.draws(np.arange(n), np.zeros((1, n), np.uint32))
     ways, ups = np.repeat(wo, n, 1), np.repeat(up, n, 1)
-    h = _microfacets(ways, ups, np.full(n, alpha, np.float32), np.full(n, drawn_again), draws)
+    h = _microfacets(ways, ups, np.full(n, alpha, np.float32), np.full(n, drawn_again), draws, None)
     wi = reflect(ways, h).astype(float)
 
     def cell(w):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from .status import LAST, Named, Table, followed, irrelevant, nodes, within
+from .status import LAST, Named, Table, followed, irrelevant, within
 
 WEIGHT = irrelevant("Blender's own, hidden, and read by no renderer of nodes", "Weight")
 STRINGS = "names of grids of volumes, each of which is named"
@@ -32,44 +32,30 @@ def with_(*names: str) -> Callable[[Any], bool]:
     return lambda node: above(node, *names)
 
 
+def _of_body(node: Any) -> bool:
+    thin = node.has_input("Thin Wall") and bool(node.input("Thin Wall").value())
+    return _of_diffuse(node) and not thin
+
+
 def _of_diffuse(node: Any) -> bool:
     return above(node, "Alpha") and below_one(node, "Metallic", "Transmission Weight")
 
 
-def _of_highlight(node: Any) -> bool:
-    return above(node, "Alpha") and above(node, "Metallic", "Transmission Weight", "Specular IOR Level")
-
-
-def _of_rough_highlight(node: Any) -> bool:
-    return above(node, "Roughness") and _of_highlight(node)
-
-
-ROUND = "is not traced; highlights and reflections are round"
-PLAIN = "is not traced; reflections keep their colour"
 LAMBERT = "is not traced; it is as smooth as Lambert's diffuse"
 COMMON = {**followed("Color, Roughness, Normal"), **WEIGHT}
-ANISOTROPY: Table = {
-    "Anisotropy": Named(ROUND, 0.0, with_("Roughness")),
-    **within("Anisotropy", "Rotation, Tangent"),
-}
-FILM: Table = {
-    "Thin Film Thickness": Named(PLAIN, 0.0),
-    **within("Thin Film Thickness", "Thin Film IOR"),
-}
+ANISOTROPY = followed("Anisotropy, Rotation, Tangent")
+FILM = followed("Thin Film Thickness, Thin Film IOR")
+DIFFUSE = "EEVEE draws it as Diffuse BSDF, and so does the traced half"
 
 PRINCIPLED: Table = {
     **followed(
         "Base Color, Metallic, Roughness, IOR, Alpha, Thin Wall, Normal, Specular IOR Level, Specular Tint,"
         "Transmission Weight, Coat Weight, Coat Roughness, Coat IOR, Coat Tint, Sheen Weight, Sheen Roughness,"
-        "Sheen Tint, Emission Color, Emission Strength"
+        "Sheen Tint, Emission Color, Emission Strength, Coat Normal"
     ),
-    "Subsurface Weight": Named("is not traced; it is drawn as diffuse", 0.0, _of_diffuse),
+    "Subsurface Weight": Named("is not traced; it is drawn as diffuse", 0.0, _of_body),
     **within("Subsurface Weight", "Subsurface Radius, Subsurface Scale, Subsurface IOR, Subsurface Anisotropy"),
-    "Anisotropic": Named(ROUND, 0.0, _of_rough_highlight),
-    **within("Anisotropic", "Anisotropic Rotation, Tangent"),
-    "Thin Film Thickness": Named(PLAIN, 0.0, _of_highlight),
-    **within("Thin Film Thickness", "Thin Film IOR"),
-    "Coat Normal": Named("is not followed; the surface's normal is used", None, with_("Coat Weight")),
+    **followed("Anisotropic, Anisotropic Rotation, Tangent, Thin Film Thickness, Thin Film IOR"),
     "Diffuse Roughness": Named(LAMBERT, 0.0, _of_diffuse, LAST),
     **WEIGHT,
 }
@@ -98,12 +84,6 @@ VOLUMES: dict[str, Table] = {
     },
 }
 
-AS_DIFFUSE: Table = {
-    **followed("Color, Normal"),
-    "": Named("is traced as Diffuse BSDF"),
-    **within("", "Roughness, Size, Smooth, Scale, Radius, IOR, Anisotropy"),
-    **WEIGHT,
-}
 UNKNOWN: Table = {"": Named("is not followed; the surface is grey")}
 
 SHADERS: dict[str, Table] = {
@@ -118,19 +98,47 @@ SHADERS: dict[str, Table] = {
         "Roughness": Named(LAMBERT, 0.0, rank=LAST),
         **WEIGHT,
     },
-    **nodes(
-        "BsdfTranslucent, BsdfSheen, BsdfToon, SubsurfaceScattering",
-        AS_DIFFUSE,
-    ),
+    "ShaderNodeBsdfTranslucent": {**followed("Color, Normal"), **WEIGHT},
+    "ShaderNodeBsdfSheen": {**followed("Color, Roughness, Normal"), **WEIGHT},
+    "ShaderNodeBsdfToon": {**followed("Color, Normal"), **irrelevant(DIFFUSE, "Size, Smooth"), **WEIGHT},
+    "ShaderNodeBsdfHair": {
+        **followed("Color"),
+        **irrelevant(DIFFUSE, "Offset, RoughnessU, RoughnessV, Tangent"),
+        **WEIGHT,
+    },
+    "ShaderNodeBsdfHairPrincipled": {
+        **followed("Color"),
+        **irrelevant(
+            DIFFUSE,
+            "Melanin, Melanin Redness, Tint, Absorption Coefficient, Aspect Ratio, Roughness, Radial Roughness, Coat,"
+            "IOR, Offset, Random Color, Random Roughness, Random, Reflection, Transmission, Secondary Reflection",
+        ),
+        **WEIGHT,
+    },
+    "ShaderNodeSubsurfaceScattering": {
+        **followed("Color, Normal"),
+        "Scale": Named("is not traced; it is drawn as diffuse", 0.0),
+        **within("Scale", "Radius, IOR, Roughness, Anisotropy"),
+        **WEIGHT,
+    },
+    "ShaderNodeBsdfRayPortal": {
+        **followed("Color"),
+        "Position": Named("is not traced; rays go straight on, as EEVEE draws it", None),
+        "Direction": Named("is not traced; rays go straight on, as EEVEE draws it", (0.0, 0.0, 0.0)),
+        **WEIGHT,
+    },
+    "ShaderNodeEeveeSpecular": {
+        **followed(
+            "Base Color, Specular, Roughness, Emissive Color, Transparency, Normal, Clear Coat, Clear Coat Roughness,"
+            "Clear Coat Normal"
+        ),
+        **WEIGHT,
+    },
     "ShaderNodeEmission": {**followed("Color, Strength"), **WEIGHT},
     "ShaderNodeBackground": {**followed("Color, Strength"), **WEIGHT},
     "ShaderNodeHoldout": {"": Named("is not traced; the surface is black")},
     "ShaderNodeMixShader": followed("Fac, Factor, Shader"),
     "ShaderNodeAddShader": followed("Shader"),
-    **nodes(
-        "BsdfHair, BsdfHairPrincipled, BsdfRayPortal, EeveeSpecular",
-        UNKNOWN,
-    ),
     **VOLUMES,
     "ShaderNodeOutputMaterial": {
         **followed("Surface, Volume, Displacement"),

@@ -103,7 +103,9 @@ TEXTURE: Table = {
     **irrelevant("EEVEE does not read it", "color_mapping"),
 }
 OUTPUT = "Blender says which output EEVEE uses"
-GGX = Irrelevant("EEVEE draws GGX, whatever is chosen")
+GGX = Irrelevant("EEVEE draws GGX, whatever is chosen; whether it is Multiscatter is followed")
+
+AS_DIFFUSE = "EEVEE draws it as Diffuse BSDF, and so does the traced half"
 
 NODE_SETTINGS: dict[str, Table] = {
     **nodes(
@@ -117,6 +119,10 @@ NODE_SETTINGS: dict[str, Table] = {
     "ShaderNodeBsdfRefraction": {"distribution": GGX},
     "ShaderNodeBsdfAnisotropic": {"distribution": GGX},
     "ShaderNodeBsdfMetallic": {"distribution": GGX},
+    **nodes("BsdfToon, BsdfHair", irrelevant(AS_DIFFUSE, "component")),
+    "ShaderNodeBsdfHairPrincipled": irrelevant(AS_DIFFUSE, "model, parametrization"),
+    "ShaderNodeSubsurfaceScattering": irrelevant(CYCLES, "falloff"),
+    "ShaderNodeBsdfSheen": {"distribution": Named("is traced as Microfiber", "MICROFIBER")},
     **nodes(
         "OutputMaterial, OutputWorld, OutputLight, OutputLineStyle", irrelevant(OUTPUT, "is_active_output, target")
     ),
