@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a hybrid scene has that a plain one has not: set up, kept in step, taken away again without a trace.
 
-    user's scene                                      "Hybrid Trace" scene (engine HYBRID_TRACER)
-      view layer "Hybrid Mask"                          background_set = the user's scene, so that it shows its
-        collection "Hybrid Traced", held out            objects without linking one of them
+    user's scene                                      "Hybrid Trace" scene (engine HYBRID_TRACER; trace_scenes.py)
+      view layer "Hybrid Mask"                          in a render: background_set = the user's scene, so that it
+        collection "Hybrid Traced", held out            shows its objects without linking one of them
       compositor: Render Layers (mask) + Render Layers (trace) -> Hybrid -> whatever the user's Render Layers fed
 
 `sync(scene)` is idempotent: it compares what is there with what should be there and writes only the differences, so
@@ -18,19 +18,15 @@ import bpy
 from .. import session
 from ..errors import HybridError
 from ..flags import Flags
-from ..view_layers import SOURCE_MARK, copy_evaluation, mask_layer, set_, source_layer, sync_mask_layer
-from . import compositor_setup, opengl
+from ..view_layers import SOURCE_MARK, mask_layer, set_, source_layer, sync_mask_layer
+from . import compositor_setup, opengl, trace_scenes
 from .guard import guard, is_busy
 from .restore import Restore
+from .trace_scenes import ENGINE, is_trace_scene
 from .transmission import transmit
 
 COLLECTION = "Hybrid Traced"
-TRACE_SCENE = "Hybrid Trace"
-TRACE_LAYER = "Traced"
-ENGINE = "HYBRID_TRACER"
 COLLECTION_MARK = "hybrid_collection"  # custom property on our collections
-
-TRACE_MARK = "hybrid_trace"  # and on our scenes: a user may choose our engine for his own
 
 
 # ------------------------------------------------------------------------------------------------ questions
@@ -44,11 +40,6 @@ def eevee() -> str:
 def is_eevee(scene: bpy.types.Scene) -> bool:
     """Whether EEVEE draws this scene."""
     return bool(scene.render.engine == eevee())
-
-
-def is_trace_scene(scene: bpy.types.Scene) -> bool:
-    """Whether the scene is one of ours."""
-    return scene.render.engine == ENGINE and TRACE_MARK in scene
 
 
 def is_active(scene: bpy.types.Scene) -> bool:
@@ -70,12 +61,8 @@ def why_inactive(scene: bpy.types.Scene) -> str:
 
 
 def trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene | None:
-    """The trace scene that shows this scene, or None.
-
-    Found by what it is, not by a pointer kept in the scene: Blender's dependency graph follows a pointer property from
-    one scene into another, and crashes on its way.
-    """
-    return next((s for s in bpy.data.scenes if is_trace_scene(s) and s.background_set == scene and not s.library), None)
+    """The trace scene of this scene, or None."""
+    return trace_scenes.find(scene)
 
 
 def own_collection(scene: bpy.types.Scene) -> bpy.types.Collection | None:
@@ -218,7 +205,7 @@ def sync(scene: bpy.types.Scene) -> None:
         source = _sync_source(scene, restore)
         collection = _sync_collection(scene)
         mask = sync_mask_layer(scene, source, collection, depth=needs_raster(scene), albedo=needs_albedo(scene))
-        trace = _sync_trace_scene(scene)
+        trace = trace_scenes.ensure(scene)
         drawn = "RETRACE" if session.of(scene.name).retracing else mode
         compositor_setup.sync(scene, source, mask, trace, drawn, restore)
         _sync_compositor(scene, restore)
@@ -246,11 +233,10 @@ def tear_down(scene: bpy.types.Scene) -> None:
             if SOURCE_MARK in layer:
                 set_(layer, "use", bool(restore.get("source_use", True)))
                 del layer[SOURCE_MARK]
-        collection, trace = own_collection(scene), trace_scene(scene)
+        collection = own_collection(scene)
         if collection is not None:
             bpy.data.collections.remove(collection)
-        if trace is not None:
-            bpy.data.scenes.remove(trace)
+        trace_scenes.release(scene)
         restore.clear()
 
 
@@ -283,20 +269,6 @@ def _sync_collection(scene: bpy.types.Scene) -> bpy.types.Collection:
     return collection
 
 
-def _sync_trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene:
-    trace = trace_scene(scene)
-    if trace is None:
-        trace = bpy.data.scenes.new(TRACE_SCENE)
-        trace.render.engine = ENGINE
-        trace[TRACE_MARK] = True
-        trace.background_set = scene
-        trace.view_layers[0].name = TRACE_LAYER
-        trace.view_layers[0].update()  # a render that meets a scene which was never evaluated crashes
-    set_(trace, "camera", scene.camera or _marker_camera(scene))  # Blender refuses to render a scene without one
-    copy_evaluation(scene, trace)
-    return trace
-
-
 def _sync_compositor(scene: bpy.types.Scene, restore: Restore) -> None:
     """Without a window, have the processor composite where that of the graphics card may end Blender.
 
@@ -306,10 +278,6 @@ def _sync_compositor(scene: bpy.types.Scene, restore: Restore) -> None:
     if bpy.app.background and opengl.draws_on_processor():
         restore.remember("compositor_device", scene.render.compositor_device)
         set_(scene.render, "compositor_device", "CPU")
-
-
-def _marker_camera(scene: bpy.types.Scene) -> bpy.types.Object | None:
-    return next((marker.camera for marker in scene.timeline_markers if marker.camera), None)
 
 
 def _disown_copies(scene: bpy.types.Scene) -> None:
@@ -323,10 +291,10 @@ def _disown_copies(scene: bpy.types.Scene) -> None:
 def _remove_orphans() -> None:
     """What belonged to scenes that are gone."""
     scenes = _own_scenes()
-    traces = {trace_scene(scene) for scene in scenes if is_active(scene)}
+    trace_scenes.release_lost()
     collections = {own_collection(scene) for scene in scenes}
-    for scene in [s for s in bpy.data.scenes if is_trace_scene(s) and s not in traces and s.library is None]:
-        if len(bpy.data.scenes) > 1:  # Blender keeps one
+    for scene in [s for s in bpy.data.scenes if is_trace_scene(s) and s.library is None]:
+        if len(bpy.data.scenes) > 1:  # of a file that an older release left one in
             bpy.data.scenes.remove(scene)
     for collection in list(bpy.data.collections):
         if COLLECTION_MARK in collection and collection not in collections and collection.library is None:

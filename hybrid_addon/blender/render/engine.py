@@ -22,7 +22,7 @@ from ...report.frame import frame_report
 from ...scene import Film, Float32, Raster
 from .. import session, view_layers
 from ..flags import unsaved_overrides
-from ..pipeline import compositor_setup, eevee_shadows, evaluated, scene_setup
+from ..pipeline import compositor_setup, eevee_shadows, evaluated, others_handlers, scene_setup, trace_scenes
 from ..session import Frame
 from . import abort, eevee_half, retrace
 from .settings import public_settings, tracer_settings
@@ -52,7 +52,7 @@ class HybridTracer(bpy.types.RenderEngine):
     def update_render_passes(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
         """Declare the passes, or compositor trees lose their sockets."""
         self.register_pass(scene, view_layer, "Combined", 4, "RGBA", "COLOR")
-        for name, channels in _passes(scene.background_set).items():
+        for name, channels in _passes(trace_scenes.owner(scene)).items():
             self.register_pass(scene, view_layer, name, len(channels), channels, PASS_TYPES[channels])
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
@@ -61,12 +61,10 @@ class HybridTracer(bpy.types.RenderEngine):
             evaluated.seen(depsgraph)
             self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
             return
-        scene = depsgraph.scene.background_set if scene_setup.TRACE_MARK in depsgraph.scene else None
+        others_handlers.show()
+        scene = trace_scenes.owner(depsgraph.scene)
         if scene is None:
             self._fail("", f"scene '{depsgraph.scene.name}' {USE_EEVEE}")
-            return
-        if session.asked_for == depsgraph.scene.name:
-            self._fail(scene.name, f"'{depsgraph.scene.name}' is the add-on's own scene: render '{scene.name}' instead")
             return
         try:
             from ...tracer import Cancelled
