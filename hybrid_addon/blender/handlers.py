@@ -170,7 +170,7 @@ def _before_render(scene: bpy.types.Scene, *_args: Any) -> None:
     others_handlers.stand_first(_evaluation_begins)
     if bpy.app.background:
         scene_setup.sync_all()  # the scenes that its compositor shows, too
-    trace_scenes.attach()
+    trace_scenes.begin()
     with guard():
         retrace.begins(scene)
 
@@ -185,6 +185,7 @@ def _evaluated(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Blender calls this for each view layer that it is about to render, too."""
     if scene.hybrid.enabled and scene_setup.is_active(scene.original):
         eevee_shadows.hand_over(scene.original, depsgraph)
+        trace_scenes.evaluated(depsgraph)
 
 
 @persistent

@@ -22,7 +22,8 @@ _LAYER_SETTINGS = (
     "use_strand",
     "use_volumes",
     "use_motion_blur",
-    "use_freestyle",
+    "use_grease_pencil",
+    "use_pass_grease_pencil",
 )
 
 
@@ -63,7 +64,7 @@ def sync_mask_layer(
 ) -> bpy.types.ViewLayer:
     """Make the mask layer show what the source layer shows, with `ours` held out; no other layer shows `ours`.
 
-    depth, albedo: the tracer asks for these of it, too.
+    depth, albedo: the tracer, or Blender itself, asks for these of it, too.
     """
     mask = mask_layer(scene)
     if mask is None:
@@ -72,6 +73,7 @@ def sync_mask_layer(
         for name in mask.bl_rna.properties.keys():  # a new layer has Depth on; the mask layer needs the picture only
             if name.startswith("use_pass_"):
                 set_(mask, name, name == "use_pass_combined")
+    set_(mask, "use_freestyle", False)  # its lines come from the user's layer
     set_(mask, "use_pass_z", depth)
     set_(mask, "use_pass_diffuse_color", albedo)
     for name in _LAYER_SETTINGS:

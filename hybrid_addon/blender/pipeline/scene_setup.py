@@ -18,6 +18,7 @@ import bpy
 from .. import session
 from ..errors import HybridError
 from ..flags import Flags
+from ..lines import draws_freestyle, draws_grease_pencil
 from ..view_layers import SOURCE_MARK, mask_layer, set_, source_layer, sync_mask_layer
 from . import compositor_setup, opengl, trace_scenes
 from .guard import guard, is_busy
@@ -26,6 +27,7 @@ from .trace_scenes import ENGINE, is_trace_scene
 from .transmission import transmit
 
 COLLECTION = "Hybrid Traced"
+FREESTYLE = "freestyle_as_render_pass"  # of what was changed in the user's layer
 COLLECTION_MARK = "hybrid_collection"  # custom property on our collections
 
 
@@ -77,8 +79,12 @@ def effective_mode(scene: bpy.types.Scene) -> str:
 
 
 def needs_raster(scene: bpy.types.Scene) -> bool:
-    """Whether the tracer asks for EEVEE's picture and its depth, `Scene.raster`, beside the mask."""
-    return bool(scene.hybrid.raster_backed and effective_mode(scene) == "HYBRID")
+    """Whether the tracer asks for EEVEE's picture and its depth, `Scene.raster`, beside the mask.
+
+    Not where Grease Pencil lies over that picture: it has no part in the depth, whose pass decides what hides it.
+    """
+    wanted = scene.hybrid.raster_backed and effective_mode(scene) == "HYBRID"
+    return bool(wanted and not draws_grease_pencil(scene))
 
 
 def traces_shadows(scene: bpy.types.Scene) -> bool:
@@ -202,9 +208,10 @@ def sync(scene: bpy.types.Scene) -> None:
         _disown_copies(scene)
         restore = Restore(scene)
         mode = effective_mode(scene)
-        source = _sync_source(scene, restore)
+        source = _sync_source(scene, restore, mode)
         collection = _sync_collection(scene)
-        mask = sync_mask_layer(scene, source, collection, depth=needs_raster(scene), albedo=needs_albedo(scene))
+        depth = needs_raster(scene) or (source.use_pass_z and draws_grease_pencil(scene))
+        mask = sync_mask_layer(scene, source, collection, depth=depth, albedo=needs_albedo(scene))
         trace = trace_scenes.ensure(scene)
         drawn = "RETRACE" if session.of(scene.name).retracing else mode
         compositor_setup.sync(scene, source, mask, trace, drawn, restore)
@@ -232,6 +239,8 @@ def tear_down(scene: bpy.types.Scene) -> None:
         for layer in scene.view_layers:
             if SOURCE_MARK in layer:
                 set_(layer, "use", bool(restore.get("source_use", True)))
+                if restore.get(FREESTYLE) is not None:
+                    set_(layer.freestyle_settings, "as_render_pass", bool(restore.get(FREESTYLE)))
                 del layer[SOURCE_MARK]
         collection = own_collection(scene)
         if collection is not None:
@@ -243,11 +252,14 @@ def tear_down(scene: bpy.types.Scene) -> None:
 # ------------------------------------------------------------------------------------------------ the parts
 
 
-def _sync_source(scene: bpy.types.Scene, restore: Restore) -> bpy.types.ViewLayer:
+def _sync_source(scene: bpy.types.Scene, restore: Restore, mode: str) -> bpy.types.ViewLayer:
     source = source_layer(scene)
     if SOURCE_MARK not in source:
         source[SOURCE_MARK] = True
         restore.remember("source_use", source.use)
+    if draws_freestyle(scene) and (mode == "HYBRID" or restore.get(FREESTYLE) is not None):
+        restore.remember(FREESTYLE, source.freestyle_settings.as_render_pass)
+        set_(source.freestyle_settings, "as_render_pass", mode == "HYBRID" or bool(restore.get(FREESTYLE)))
     restore.remember("use_single_layer", scene.render.use_single_layer)
     set_(scene.render, "use_single_layer", False)  # with it on Blender skips the trace scene
     return source

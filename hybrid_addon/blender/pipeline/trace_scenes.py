@@ -16,8 +16,8 @@ from typing import Any
 
 import bpy
 
-from ..view_layers import copy_evaluation, set_
-from . import others_handlers
+from ..view_layers import copy_evaluation, set_, source_layer
+from . import context_drivers, others_handlers
 
 TRACE_SCENE = "Hybrid Trace"
 TRACE_LAYER = "Traced"
@@ -26,6 +26,7 @@ TRACE_MARK = "hybrid_trace"  # custom property on our scenes: a user may choose 
 
 _context: Any = None  # of the temporary database
 _database: Any = None
+_read_by_drivers: list[context_drivers.Path] = []  # of the trace scene, in the render that runs
 _owned: dict[int, bpy.types.Scene] = {}  # trace scenes by the `session_uid` of the user's
 
 
@@ -67,12 +68,26 @@ def release_lost() -> None:
         _point(_owned.pop(uid), None)
 
 
+def begin() -> None:
+    """A render begins: look what drivers will read, and `attach`."""
+    _read_by_drivers[:] = context_drivers.paths() if _owned else []
+    attach()
+
+
 def attach() -> None:
-    """A render begins: let each trace scene show its owner's objects, as that one evaluates them."""
+    """Let each trace scene show its owner's objects, as that one evaluates them."""
     for scene in bpy.data.scenes:
         trace = _owned.get(scene.session_uid)
         if trace is not None:
             _point(trace, scene)
+            context_drivers.copy(_read_by_drivers, scene, source_layer(scene), trace)
+
+
+def evaluated(depsgraph: bpy.types.Depsgraph) -> None:
+    """A layer of the user's scene has been evaluated for a render: what drivers read may be animated."""
+    trace = find(depsgraph.scene)
+    if trace is not None and depsgraph.mode == "RENDER" and _read_by_drivers:
+        context_drivers.copy(_read_by_drivers, depsgraph.scene_eval, depsgraph.view_layer_eval, trace)
 
 
 def detach() -> None:

@@ -20,6 +20,7 @@ from ...clock import Clock
 from ...report.ended import ended_warnings
 from ...report.frame import frame_report
 from ...scene import Film, Float32, Raster
+from .. import lines as lines_drawn
 from .. import session, view_layers
 from ..flags import unsaved_overrides
 from ..pipeline import compositor_setup, eevee_shadows, evaluated, others_handlers, scene_setup, trace_scenes
@@ -34,6 +35,8 @@ CHANNELS = {"NORMAL": "XYZ", "SHADOW": "RGB", "REFLECTION": "RGB", "REFRACTION":
 """Of the data passes that have more than one."""
 
 RETRACED = {"what": "EEVEE's half of the picture", "why": "retraced: it is the last render's", "count": 1}
+
+GREASE_PENCIL = "Grease Pencil lies over EEVEE's picture, but is not in its depth"
 
 USE_EEVEE = "has the add-on's internal engine: set Render Engine to EEVEE and tick Hybrid"
 
@@ -115,7 +118,7 @@ def trace_frame(
     progress: Progress,
 ) -> tuple[Frame, Film]:
     """Read the mask, translate, trace, premultiply: everything between EEVEE and the compositor."""
-    from ...compositor import black_out, light_up, premultiply, shade
+    from ...compositor import black_out, lay_over, light_up, premultiply, shade
     from ...tracer import trace
     from ..sync import translate
 
@@ -124,15 +127,16 @@ def trace_frame(
     mode = scene.hybrid.mode
 
     clock = Clock()
-    drawn, mask, depth, albedo = None, None, None, None
+    drawn, mask, depth, albedo, lines = None, None, None, None, None
     again = held = retrace.held(scene)
     if again is not None:
-        drawn, mask, depth, albedo = again.raster, again.mask, again.depth, again.albedo
+        drawn, mask, depth, albedo, lines = again.raster, again.mask, again.depth, again.albedo, again.lines
     elif mode != "FULL":
         reading = "Reading EEVEE's picture"
         going_on = partial(_going_on, progress, reading)
-        drawn, mask, depth, albedo = _stage(progress, reading, eevee_half.read, scene, window, going_on)
-        held = retrace.hold(scene, window, drawn, mask, depth, albedo)
+        half = _stage(progress, reading, eevee_half.read, scene, window, going_on)
+        drawn, mask, depth, albedo, lines = half
+        held = retrace.hold(scene, window, half)
     timing["mask read"] = clock.read()
 
     clock, left = Clock(), session.caches_of(scene.name)
@@ -162,7 +166,10 @@ def trace_frame(
         traced = shade(traced, drawn, film.shadow)
     if albedo is not None and film.caustic is not None:
         traced = light_up(traced, film.caustic, albedo)
+    if drawn is not None and lines is not None:
+        drawn, traced = lay_over(drawn, lines), lay_over(traced, lines, of_both=False)
     notes = [RETRACED] if again else []
+    unfit = unfit or (GREASE_PENCIL if scene.hybrid.raster_backed and lines_drawn.draws_grease_pencil(scene) else "")
     notes += [{"what": "raster-backed hits", "why": unfit, "count": 1}] if unfit else []
     report = frame_report(
         versions=versions(),
@@ -223,7 +230,7 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
         f"tick and untick Ray Traced once in {b_id.override_library.reference.library.filepath}, and save that file"
         for b_id in unsaved_overrides(scene)
     ]
-    return [*warnings, *eevee_shadows.warnings(scene)]
+    return [*warnings, *lines_drawn.warnings(scene), *eevee_shadows.warnings(scene)]
 
 
 def versions() -> dict[str, str]:
@@ -267,10 +274,10 @@ def _window(scene: bpy.types.Scene, resolution: tuple[int, int], size: tuple[int
 
 
 def _passes(scene: bpy.types.Scene | None) -> dict[str, str]:
-    """Names and channels of the trace scene's passes beside the picture: three always, others if they are wanted."""
+    """Names and channels of the trace scene's passes beside the picture: four always, others if they are wanted."""
     wanted = sorted(scene.hybrid.passes) if scene else []
     data = {pass_name(name): CHANNELS.get(name, "X") for name in wanted}
-    return {"Mask": "X", "Residual": "X", retrace.PASS: "RGBA", **data}
+    return {"Mask": "X", "Residual": "X", retrace.PASS: "RGBA", "Traced": "RGBA", **data}
 
 
 def pass_name(name: str) -> str:
@@ -283,7 +290,8 @@ def _deliver(target: bpy.types.RenderResult, frame: Frame, film: Film) -> None:
     if frame.raster is not None:
         passes[retrace.PASS].rect.foreach_set(frame.raster.ravel())
     # Not `rect = pixels`: that makes a Python number of each, 190 times slower.
-    passes["Combined"].rect.foreach_set(frame.traced.ravel())
+    for name in ("Combined", "Traced"):
+        passes[name].rect.foreach_set(frame.traced.ravel())
     passes["Mask"].rect.foreach_set(frame.mask.ravel())
     passes["Residual"].rect.foreach_set(residual(film, frame.mask).ravel())
     for name, pixels in frame.passes.items():
