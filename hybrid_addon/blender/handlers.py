@@ -118,6 +118,7 @@ def _moved(operator: Any) -> None:
     if bpy.app.background:
         scene_setup.sync_all()
         return
+    scene_setup.rejoin_all()
     _history.undone = fingerprint()
     _history.again = operator if hash(_history.undone) in _history.unfinished else None
     if _history.again is not None:

@@ -68,6 +68,15 @@ def tear_down(scene: bpy.types.Scene, restore: Restore) -> None:
     remove_orphans()
 
 
+def rejoin(scene: bpy.types.Scene, trace: bpy.types.Scene) -> None:
+    """Let our node show the trace scene again: Blender's undo does not know of that."""
+    tree = nodes.compositor_tree(scene)
+    for node in tree.nodes if tree is not None else ():
+        if nodes.role(node) == "trace" and node.scene != trace:
+            node.scene = trace
+            node.layer = trace.view_layers[0].name
+
+
 def remove_orphans() -> None:
     """Remove trees of ours that no scene uses any more, and our nodes from the user's that none does."""
     shown = [nodes.compositor_tree(scene) for scene in bpy.data.scenes]
@@ -110,7 +119,7 @@ def needs_source(scene: bpy.types.Scene, source: bpy.types.ViewLayer, mode: str)
 def _shown_elsewhere(scene: bpy.types.Scene, layer: str) -> bool:
     """Whether another scene composites this layer of this scene."""
     own = nodes.compositor_tree(scene)
-    trees = {nodes.compositor_tree(other) for other in bpy.data.scenes if other != scene} - {own, None}
+    trees = {tree for other in bpy.data.scenes if (tree := nodes.compositor_tree(other)) not in (None, own)}
     return any(
         node.type == "R_LAYERS" and node.scene == scene and node.layer == layer and not node.mute
         for tree in trees

@@ -19,11 +19,12 @@ from .. import session
 from ..errors import HybridError
 from ..flags import Flags
 from ..lines import draws_freestyle, draws_grease_pencil
-from ..view_layers import SOURCE_MARK, mask_layer, set_, source_layer, sync_mask_layer
+from ..view_layers import MASK_MARK, SOURCE_MARK, mask_layer, set_, source_layer, sync_mask_layer
 from . import compositor_setup, opengl, trace_scenes
 from .guard import guard, is_busy
 from .restore import Restore
-from .trace_scenes import ENGINE, is_trace_scene
+from .trace_scenes import ENGINE as ENGINE  # for who asks here
+from .trace_scenes import is_trace_scene as is_trace_scene
 from .transmission import transmit
 
 COLLECTION = "Hybrid Traced"
@@ -109,6 +110,27 @@ def ray_traced_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     return [b_object for b_object in rendered_objects(scene) if flags.is_ray_traced(b_object)]
 
 
+def missed(scene: bpy.types.Scene) -> list[str]:
+    """Warnings of objects that are ticked, rendered, and yet not ray traced."""
+    flags, source = Flags(scene), source_layer(scene)
+    there = set(rendered_objects(scene))
+    found = [
+        f"object {ob.name!r} belongs to background scene {scene.background_set.name!r}: only EEVEE draws it; "
+        f"link it to scene {scene.name!r} to have it ray traced"
+        for ob in flags.missed()
+        if not ob.hide_render
+    ]
+    for layer in scene.view_layers:
+        if layer != source and layer.use and MASK_MARK not in layer and layer.layer_collection is not None:
+            names = [ob.name for ob in layer.objects if ob not in there and flags.is_ray_traced(ob)]
+            if names:
+                found.append(
+                    f"only view layer {source.name!r} is hybrid; in {layer.name!r} EEVEE draws {', '.join(names)}: "
+                    f"show them in {source.name!r}, or make {layer.name!r} the first layer"
+                )
+    return found
+
+
 def rendered_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """The objects whose collections the user's layer renders, each once, in the order of these.
 
@@ -184,6 +206,14 @@ def sync_all() -> None:
         sync(scene)
     if not is_busy():
         _remove_orphans()
+
+
+def rejoin_all() -> None:
+    """Blender has gone one step through its history, which does not hold the trace scenes."""
+    with guard() as entered:
+        for scene in _own_scenes() if entered else ():
+            if is_active(scene) and mask_layer(scene) is not None:
+                compositor_setup.rejoin(scene, trace_scenes.ensure(scene))
 
 
 def tear_down_all() -> None:

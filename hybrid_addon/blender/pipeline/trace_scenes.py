@@ -115,8 +115,9 @@ def close() -> None:
 
 def _point(trace: bpy.types.Scene, scene: bpy.types.Scene | None) -> None:
     set_(trace, "background_set", scene)
-    # Blender refuses to render a scene without a camera.
-    set_(trace, "camera", None if scene is None else scene.camera or _marker_camera(scene))
+    camera = None if scene is None else scene.camera or _marker_camera(scene)
+    # One of its own else: before a render in a window begins, Blender asks whether all scenes have a camera.
+    set_(trace, "camera", camera or _database.objects[trace.name])
     if scene is not None:
         copy_evaluation(scene, trace)
 
@@ -139,6 +140,7 @@ def _new() -> bpy.types.Scene:
     trace: bpy.types.Scene = _database.scenes.new(TRACE_SCENE)
     trace.render.engine = ENGINE
     trace[TRACE_MARK] = True
+    trace.camera = _database.objects.new(trace.name, _database.cameras.new(trace.name))
     trace.view_layers[0].name = TRACE_LAYER
     with others_handlers.hidden():
         trace.view_layers[0].update()  # a render that meets a scene which was never evaluated crashes

@@ -32,6 +32,7 @@ def read(scene: bpy.types.Scene, window: Window, check: Callable[[], None]) -> H
     (h, w, 4) over both halves; all over the window."""
     from ...compositor import mask_from_alpha
 
+    refuse_stereo(scene)
     planes = images.read_render_result(scene, check)
     mask_layer = scene_setup.mask_layer(scene)
     if mask_layer is None:
@@ -46,6 +47,15 @@ def read(scene: bpy.types.Scene, window: Window, check: Callable[[], None]) -> H
     lines = None if lines is None or not draws_freestyle(scene) else _crop(lines, window)
     whole = _crop(planes[f"{source}.Combined"], window)[..., 3] if scene.render.film_transparent else None
     return raster, mask_from_alpha(raster[..., 3], whole), depth, albedo, lines
+
+
+def refuse_stereo(scene: bpy.types.Scene) -> None:
+    """Raise HybridError if EEVEE draws several views: there is one mask."""
+    if scene.render.use_multiview and scene_setup.effective_mode(scene) == "HYBRID":
+        raise HybridError(
+            f"scene '{scene.name}' renders several views: switch Stereoscopy off (Properties > Output), "
+            "or use mode Raster, in which EEVEE draws them all"
+        )
 
 
 def without_sky(depth: Float32, camera: Camera) -> Float32:
