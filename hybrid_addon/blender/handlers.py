@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""When the pipeline has to look again: after edits, undo, load, save, append; once more before a background render."""
+"""When the pipeline has to look again: after edits, undo, load, save, append; in the background before a render."""
 
 from __future__ import annotations
 
@@ -38,10 +38,11 @@ _history = _History()
 
 
 def _later() -> None:
-    """Sync soon: in a window from a timer, since Blender is in the middle of an update; in the background at once."""
-    if bpy.app.background:
-        scene_setup.sync_all()
-    elif not bpy.app.timers.is_registered(_tick):
+    """Sync soon, from a timer: Blender is in the middle of an update. In the background when a render begins.
+
+    Never at once: an update that goes on after its handlers has kept pointers to what they changed (5.2 crashes).
+    """
+    if not bpy.app.background and not bpy.app.timers.is_registered(_tick):
         bpy.app.timers.register(_tick, first_interval=0.0)
 
 

@@ -43,19 +43,23 @@ def copy_evaluation(scene: bpy.types.Scene, to: bpy.types.Scene) -> None:
 
 def source_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
     """The user's view layer that is rendered hybrid: the first one that is rendered at all."""
-    layers = list(scene.view_layers)
-    own = [layer for layer in layers if not layer.get(MASK_MARK)] or layers[:1]  # whatever a file says of them
-    marked = [layer for layer in own if layer.get(SOURCE_MARK)]
-    used = [layer for layer in own if layer.use]
-    found = (marked or used or own)[0]
+    found = _source(scene)
     if found.layer_collection is None:  # a scene that Blender has just made
         found.update()
     return found
 
 
+def _source(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
+    layers = list(scene.view_layers)
+    own = [layer for layer in layers if not layer.get(MASK_MARK)] or layers[:1]  # whatever a file says of them
+    marked = [layer for layer in own if layer.get(SOURCE_MARK)]
+    used = [layer for layer in own if layer.use]
+    return (marked or used or own)[0]
+
+
 def mask_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer | None:
-    """The mask view layer, or None."""
-    source = source_layer(scene)
+    """The mask view layer, or None. Evaluates nothing: it is asked for while Blender evaluates another scene."""
+    source = _source(scene)
     return next((layer for layer in scene.view_layers if layer.get(MASK_MARK) and layer != source), None)
 
 

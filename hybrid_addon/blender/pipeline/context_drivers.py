@@ -65,6 +65,8 @@ def _assign(owner: Any, path: str, value: Any) -> bool:
             start = max(path.rfind('["'), path.rfind("['"))
             holder, key = path[:start], path[start + 2 : -2]
             target = owner.path_resolve(holder) if holder else owner
+            if target is None or target.id_data != owner.id_data:
+                return target is not None
             if index is None:
                 if target.get(key) != value:
                     target[key] = value
@@ -76,6 +78,8 @@ def _assign(owner: Any, path: str, value: Any) -> bool:
             return True
         holder, _, name = path.rpartition(".")
         target = owner.path_resolve(holder) if holder else owner
+        if target.id_data != owner.id_data:  # of the camera, which is the user's own
+            return True
         if index is not None:
             getattr(target, name)[index] = value
         elif getattr(target, name) != value:

@@ -27,6 +27,7 @@ TRACE_MARK = "hybrid_trace"  # custom property on our scenes: a user may choose 
 _context: Any = None  # of the temporary database
 _database: Any = None
 _read_by_drivers: list[context_drivers.Path] = []  # of the trace scene, in the render that runs
+_not_given: dict[int, list[str]] = {}  # what of that a trace scene cannot have, by the `session_uid` of the user's
 _owned: dict[int, bpy.types.Scene] = {}  # trace scenes by the `session_uid` of the user's
 
 
@@ -80,7 +81,7 @@ def attach() -> None:
         trace = _owned.get(scene.session_uid)
         if trace is not None:
             _point(trace, scene)
-            context_drivers.copy(_read_by_drivers, scene, source_layer(scene), trace)
+            _not_given[scene.session_uid] = context_drivers.copy(_read_by_drivers, scene, source_layer(scene), trace)
 
 
 def evaluated(depsgraph: bpy.types.Depsgraph) -> None:
@@ -88,6 +89,14 @@ def evaluated(depsgraph: bpy.types.Depsgraph) -> None:
     trace = find(depsgraph.scene)
     if trace is not None and depsgraph.mode == "RENDER" and _read_by_drivers:
         context_drivers.copy(_read_by_drivers, depsgraph.scene_eval, depsgraph.view_layer_eval, trace)
+
+
+def warnings(scene: bpy.types.Scene) -> list[str]:
+    """What the traced half of the last render has not."""
+    return [
+        f"drivers read {path!r} of the active scene or view layer: what they move may be elsewhere in the traced half"
+        for path in _not_given.get(scene.session_uid, ())
+    ]
 
 
 def detach() -> None:

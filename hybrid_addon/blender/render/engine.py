@@ -230,7 +230,13 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
         f"tick and untick Ray Traced once in {b_id.override_library.reference.library.filepath}, and save that file"
         for b_id in unsaved_overrides(scene)
     ]
-    return [*warnings, *scene_setup.missed(scene), *lines_drawn.warnings(scene), *eevee_shadows.warnings(scene)]
+    return [
+        *warnings,
+        *trace_scenes.warnings(scene),
+        *scene_setup.missed(scene),
+        *lines_drawn.warnings(scene),
+        *eevee_shadows.warnings(scene),
+    ]
 
 
 def versions() -> dict[str, str]:

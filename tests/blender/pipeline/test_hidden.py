@@ -156,6 +156,16 @@ def test_what_drivers_read_of_the_active_scene_and_layer_is_found_and_copied(sce
     assert other.unit_settings.scale_length == 0.5
 
 
+def test_what_a_trace_scene_cannot_have_is_named(scene, cube):
+    """Values of other datablocks: the database beside the file gets no pointers to them."""
+    _drive(cube, "location", 0, "ACTIVE_SCENE", "world.color[0]", "v")
+    hybrid.enable(scene)
+    trace_scenes.begin()
+    trace_scenes.detach()
+    (warning,) = trace_scenes.warnings(scene)
+    assert "world.color[0]" in warning
+
+
 @pytest.mark.render
 def test_both_halves_have_a_driven_object_at_the_same_place(scene, cube):
     """The driver reads an animated property of the active scene."""
