@@ -172,6 +172,7 @@ def _before_render(scene: bpy.types.Scene, *_args: Any) -> None:
     others_handlers.stand_first(_evaluation_begins)
     if bpy.app.background:
         scene_setup.sync_all()  # the scenes that its compositor shows, too
+        scene_setup.sync(scene)  # it last: scenes may share a compositor
     trace_scenes.begin()
     with guard():
         retrace.begins(scene)
