@@ -50,12 +50,9 @@ def read(scene: bpy.types.Scene, window: Window, check: Callable[[], None]) -> H
 
 
 def refuse_stereo(scene: bpy.types.Scene) -> None:
-    """Raise HybridError if EEVEE draws several views: there is one mask."""
-    if scene.render.use_multiview and scene_setup.effective_mode(scene) == "HYBRID":
-        raise HybridError(
-            f"scene '{scene.name}' renders several views: switch Stereoscopy off (Properties > Output), "
-            "or use mode Raster, in which EEVEE draws them all"
-        )
+    """Raise HybridError if EEVEE draws several views: there is one mask, and one picture to read."""
+    if scene.render.use_multiview:
+        raise HybridError(f"scene '{scene.name}' renders several views: switch Stereoscopy off (Properties > Output)")
 
 
 def without_sky(depth: Float32, camera: Camera) -> Float32:
