@@ -39,6 +39,17 @@ def shade(traced: Float32, raster: Float32, shadow: Float32) -> Float32:
     return result
 
 
+def lay_over(half: Float32, lines: Float32, of_both: bool = True) -> Float32:
+    """One of the two halves with lines (h, w, 4), associated alpha, that lie over their sum.
+
+    of_both : this half gets the lines' own light; the other one is only hidden by them. Where there are no lines both
+              stay as they are, bit for bit.
+    """
+    _same_size(half, lines)
+    hidden = half * (1 - lines[..., 3:])
+    return hidden + lines if of_both else hidden
+
+
 def light_up(traced: Float32, irradiance: Float32, albedo: Float32) -> Float32:
     """The traced layer with the light that it brings to the raster: irradiance (h, w, 3) times albedo over pi.
 

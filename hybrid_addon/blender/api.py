@@ -18,7 +18,7 @@ from ..settings_table import RENDER, RETRACE, SURFACE, Setting, checked, describ
 from . import session
 from .errors import HybridError
 from .pipeline import opengl, scene_setup
-from .render import engine, images
+from .render import eevee_half, engine, images
 from .render import retrace as again
 from .render.settings import public_settings
 from .scan import advise, explain, plan
@@ -175,6 +175,7 @@ def quality(preset: str | None) -> dict[str, float]:
 def check(scene: bpy.types.Scene) -> None:
     """Raise HybridError, before anything is rendered, for what would fail or mislead."""
     check_camera(scene, scene.camera)
+    eevee_half.refuse_stereo(scene)
     if scene_setup.effective_mode(scene) != "FULL":
         opengl.require()
 
@@ -286,7 +287,9 @@ def _raster_report(scene: bpy.types.Scene, resolution: tuple[int, int]) -> dict[
         film=None,
         counts={},
         time={"raster": timing, "total": timing},
-        warnings=["no object is ray traced: tick Ray Traced on one"] if nothing_flagged else [],
+        warnings=(scene_setup.missed(scene) or ["no object is ray traced: tick Ray Traced on one"])
+        if nothing_flagged
+        else [],
         skipped=[
             {"what": "tracing", "why": "no object is ray traced" if nothing_flagged else "mode RASTER", "count": 1}
         ],

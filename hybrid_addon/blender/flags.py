@@ -14,9 +14,11 @@ class Flags:
 
     def __init__(self, scene: bpy.types.Scene) -> None:
         scene = scene.original
+        sets = _background_sets(scene)
         self._by_collection = {
-            ob for collection in flagged_collections(scene) for ob in collection.all_objects
+            ob for owner in (scene, *sets) for collection in flagged_collections(owner) for ob in collection.all_objects
         }  # with all that lies in collections below
+        self._of_sets = {ob for b_set in sets for ob in b_set.objects}.difference(scene.objects if sets else ())
 
     def is_ray_traced(self, b_object: bpy.types.Object) -> bool:
         """Of an object of the scene, original or evaluated."""
@@ -24,6 +26,16 @@ class Flags:
         hybrid = getattr(b_object, "hybrid", None)  # the translator also works without the add-on
         if hybrid is None or b_object.type == "META":
             return False  # metaballs have no skin in a scene that has them as its background set: EEVEE draws them
+        if b_object in self._of_sets:
+            return False  # EEVEE draws another scene's objects: this scene's view layers cannot hold them out
+        return self._is_flagged(b_object)
+
+    def missed(self) -> list[bpy.types.Object]:
+        """The objects of background scenes that would be ray traced in a scene of their own."""
+        return sorted(filter(self._is_flagged, self._of_sets), key=lambda b_object: b_object.name_full)
+
+    def _is_flagged(self, b_object: bpy.types.Object) -> bool:
+        hybrid = b_object.hybrid
         return hybrid.ray_traced or b_object in self._by_collection or shows_ray_traced(b_object)
 
 
@@ -31,6 +43,16 @@ def flagged_collections(scene: bpy.types.Scene) -> list[bpy.types.Collection]:
     """The scene's collections that make their objects ray traced."""
     everything = [scene.collection, *scene.collection.children_recursive]
     return [c for c in everything if getattr(c, "hybrid", None) is not None and c.hybrid.ray_traced]
+
+
+def _background_sets(scene: bpy.types.Scene) -> list[bpy.types.Scene]:
+    """The scene's background scene, that one's, and so on."""
+    found: list[bpy.types.Scene] = []
+    b_set = scene.background_set
+    while b_set is not None and b_set != scene and b_set not in found:
+        found.append(b_set)
+        b_set = b_set.background_set
+    return found
 
 
 def shows_ray_traced(b_object: bpy.types.Object) -> bool:

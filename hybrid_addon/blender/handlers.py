@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""When the pipeline has to look again: after edits, undo, load, save, append; once more before a background render."""
+"""When the pipeline has to look again: after edits, undo, load, save, append; in the background before a render."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import preview, session
-from .pipeline import eevee_shadows, note, scene_setup
+from .pipeline import eevee_shadows, note, others_handlers, scene_setup, trace_scenes
 from .pipeline.fingerprint import Fingerprint, fingerprint
 from .pipeline.guard import guard
 from .render import images, retrace
@@ -38,10 +38,11 @@ _history = _History()
 
 
 def _later() -> None:
-    """Sync soon: in a window from a timer, since Blender is in the middle of an update; in the background at once."""
-    if bpy.app.background:
-        scene_setup.sync_all()
-    elif not bpy.app.timers.is_registered(_tick):
+    """Sync soon, from a timer: Blender is in the middle of an update. In the background when a render begins.
+
+    Never at once: an update that goes on after its handlers has kept pointers to what they changed (5.2 crashes).
+    """
+    if not bpy.app.background and not bpy.app.timers.is_registered(_tick):
         bpy.app.timers.register(_tick, first_interval=0.0)
 
 
@@ -55,7 +56,6 @@ def _tick() -> float | None:
     """
     if bpy.app.is_job_running("RENDER"):
         return 0.5  # a render reads the scene on another thread: wait
-    _leave_our_scenes()
     if _history.again is not None:
         operator, _history.again = _history.again, None
         _in_window(operator)
@@ -72,13 +72,6 @@ def _tick() -> float | None:
     elif imported:
         push_undo()
     return None
-
-
-def _leave_our_scenes() -> None:
-    """When a scene is deleted, Blender shows any other one. Ours is none to work in: show the one that it traces."""
-    for window in bpy.context.window_manager.windows:
-        if scene_setup.is_trace_scene(window.scene) and window.scene.background_set is not None:
-            window.scene = window.scene.background_set
 
 
 def push_undo() -> None:
@@ -126,6 +119,7 @@ def _moved(operator: Any) -> None:
     if bpy.app.background:
         scene_setup.sync_all()
         return
+    scene_setup.rejoin_all()
     _history.undone = fingerprint()
     _history.again = operator if hash(_history.undone) in _history.unfinished else None
     if _history.again is not None:
@@ -175,10 +169,18 @@ def _before_render(scene: bpy.types.Scene, *_args: Any) -> None:
 
     Whatever is evaluated here must not have our handlers edit scenes in the middle of it: that crashes Blender, too.
     """
-    if bpy.app.background and not scene_setup.is_trace_scene(scene):
-        scene_setup.sync(scene)
+    others_handlers.stand_first(_evaluation_begins)
+    if bpy.app.background:
+        scene_setup.sync_all()  # the scenes that its compositor shows, too
+        scene_setup.sync(scene)  # it last: scenes may share a compositor
+    trace_scenes.begin()
     with guard():
         retrace.begins(scene)
+
+
+@persistent
+def _evaluation_begins(scene: bpy.types.Scene, *_args: Any) -> None:
+    others_handlers.evaluation_begins(scene, scene_setup.is_trace_scene(scene))
 
 
 @persistent
@@ -186,20 +188,26 @@ def _evaluated(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Blender calls this for each view layer that it is about to render, too."""
     if scene.hybrid.enabled and scene_setup.is_active(scene.original):
         eevee_shadows.hand_over(scene.original, depsgraph)
+        trace_scenes.evaluated(depsgraph)
 
 
 @persistent
 def _frame_begins(scene: bpy.types.Scene, *_args: Any) -> None:
+    trace_scenes.attach()  # handlers may have chosen another camera for this frame
+    others_handlers.frame_begins(scene)
     session.begin_frame(scene.name)
 
 
 @persistent
 def _frame_ends(scene: bpy.types.Scene, *_args: Any) -> None:
+    others_handlers.frame_ends()
     session.of(scene.name).end_frame()
 
 
 @persistent
 def _render_ends(scene: bpy.types.Scene, *_args: Any) -> None:
+    others_handlers.frame_ends()
+    trace_scenes.detach()
     retrace.finished(scene.name)
 
 
@@ -212,6 +220,7 @@ _HANDLERS: tuple[tuple[str, Callable[..., None]], ...] = (
     ("save_pre", _before_save),
     ("save_post", _after_save),
     ("save_post_fail", _after_save),
+    ("frame_change_pre", _evaluation_begins),
     ("frame_change_post", _evaluated),
     ("render_init", _before_render),
     ("render_pre", _frame_begins),

@@ -8,7 +8,7 @@ import atexit
 import bpy
 
 from . import cli, handlers, preview, session
-from .pipeline import scene_setup
+from .pipeline import scene_setup, trace_scenes
 from .render import engine, main_thread
 from .ui import advice, insets, operators, panels, picker, properties, translations
 
@@ -52,6 +52,7 @@ def unregister() -> None:
         scene_setup.tear_down_all()
         if bpy.context.window_manager is not None:
             handlers.push_undo()
+    trace_scenes.close()
     cli.unregister()
     panels.unregister()
     insets.forget()

@@ -88,7 +88,7 @@ class Witness(Protocol):
 class EeveeHalf:
     """EEVEE's half of the last render of a scene.
 
-    raster, mask, depth, albedo : as `eevee_half.read` gives them, over `window`.
+    raster, mask, depth, albedo, lines : as `eevee_half.read` gives them, over `window`.
     shadows  : whether the shadows of ray traced objects were left out of it.
     snapshot : the scene as it was when that render began.
     drawn    : what the tracer knows of all that EEVEE draws: places and lights, meshes.
@@ -99,6 +99,7 @@ class EeveeHalf:
     mask: Float32
     depth: Float32 | None
     albedo: Float32 | None
+    lines: Float32 | None
     frame: int
     shadows: bool
     snapshot: Witness

@@ -22,7 +22,8 @@ _LAYER_SETTINGS = (
     "use_strand",
     "use_volumes",
     "use_motion_blur",
-    "use_freestyle",
+    "use_grease_pencil",
+    "use_pass_grease_pencil",
 )
 
 
@@ -42,19 +43,23 @@ def copy_evaluation(scene: bpy.types.Scene, to: bpy.types.Scene) -> None:
 
 def source_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
     """The user's view layer that is rendered hybrid: the first one that is rendered at all."""
-    layers = list(scene.view_layers)
-    own = [layer for layer in layers if not layer.get(MASK_MARK)] or layers[:1]  # whatever a file says of them
-    marked = [layer for layer in own if layer.get(SOURCE_MARK)]
-    used = [layer for layer in own if layer.use]
-    found = (marked or used or own)[0]
+    found = _source(scene)
     if found.layer_collection is None:  # a scene that Blender has just made
         found.update()
     return found
 
 
+def _source(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
+    layers = list(scene.view_layers)
+    own = [layer for layer in layers if not layer.get(MASK_MARK)] or layers[:1]  # whatever a file says of them
+    marked = [layer for layer in own if layer.get(SOURCE_MARK)]
+    used = [layer for layer in own if layer.use]
+    return (marked or used or own)[0]
+
+
 def mask_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer | None:
-    """The mask view layer, or None."""
-    source = source_layer(scene)
+    """The mask view layer, or None. Evaluates nothing: it is asked for while Blender evaluates another scene."""
+    source = _source(scene)
     return next((layer for layer in scene.view_layers if layer.get(MASK_MARK) and layer != source), None)
 
 
@@ -63,7 +68,7 @@ def sync_mask_layer(
 ) -> bpy.types.ViewLayer:
     """Make the mask layer show what the source layer shows, with `ours` held out; no other layer shows `ours`.
 
-    depth, albedo: the tracer asks for these of it, too.
+    depth, albedo: the tracer, or Blender itself, asks for these of it, too.
     """
     mask = mask_layer(scene)
     if mask is None:
@@ -72,6 +77,7 @@ def sync_mask_layer(
         for name in mask.bl_rna.properties.keys():  # a new layer has Depth on; the mask layer needs the picture only
             if name.startswith("use_pass_"):
                 set_(mask, name, name == "use_pass_combined")
+    set_(mask, "use_freestyle", False)  # its lines come from the user's layer
     set_(mask, "use_pass_z", depth)
     set_(mask, "use_pass_diffuse_color", albedo)
     for name in _LAYER_SETTINGS:

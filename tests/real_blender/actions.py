@@ -175,15 +175,13 @@ def spoil(dice):
     scene = bpy.context.scene
     own, mask, tree = scene_setup.own_collection(scene), view_layers.mask_layer(scene), nodes.compositor_tree(scene)
     ours = [n for n in tree.nodes if nodes.role(n) or nodes.is_stand_in(n)] if tree else []
-    what = dice.randrange(4)
+    what = dice.randrange(3)
     if what == 0 and own:
         bpy.data.collections.remove(own)
     elif what == 1 and mask:
         scene.view_layers.remove(mask)
     elif what == 2 and ours:
         tree.nodes.remove(dice.choice(ours))
-    elif what == 3 and scene_setup.trace_scene(scene):
-        bpy.data.scenes.remove(scene_setup.trace_scene(scene))
     else:
         return
     push("spoil")

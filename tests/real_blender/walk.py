@@ -22,7 +22,12 @@ import mathutils
 import numpy as np
 from bl_ext.user_default import hybrid_addon as hybrid
 from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import handlers, session, view_layers
-from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.pipeline import compositor_setup, nodes, scene_setup
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.pipeline import (
+    compositor_setup,
+    nodes,
+    scene_setup,
+    trace_scenes,
+)
 from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.pipeline.node_group import GROUP_MARK
 
 sys.path.insert(0, os.path.dirname(__file__))
@@ -46,7 +51,7 @@ def check() -> None:
     scenes = actions.own_scenes()
     traces = [s for s in bpy.data.scenes if scene_setup.is_trace_scene(s) and s.library is None]
     standing = [s for s in scenes if scene_setup.is_active(s)]
-    assert len(traces) == len(standing), (len(traces), len(standing))
+    assert not traces, traces
     assert len(set(scene_setup.trace_scene(s) for s in standing)) == len(standing)
     marked = [c for c in bpy.data.collections if scene_setup.COLLECTION_MARK in c and c.library is None]
     assert len(marked) == len(standing), [c.name for c in marked]
@@ -58,7 +63,7 @@ def check() -> None:
         if scene not in standing:
             assert not ours, (scene.name, [n.name for n in ours])
             continue
-        assert scene_setup.trace_scene(scene).background_set == scene
+        assert trace_scenes.owner(scene_setup.trace_scene(scene)) == scene
         held_out, ray_traced = (
             set(scene_setup.own_collection(scene).objects),
             set(scene_setup.ray_traced_objects(scene)),
@@ -200,7 +205,7 @@ def without(name: str, plain_shape: object, plain: np.ndarray | None) -> Iterato
     bpy.ops.preferences.addon_disable(module=PACKAGE)
     bpy.ops.wm.open_mainfile(filepath=path)
     yield 0.05
-    ours = [s.name for s in bpy.data.scenes if s.library is None and scene_setup.TRACE_SCENE in s.name]
+    ours = [s.name for s in bpy.data.scenes if s.library is None and trace_scenes.TRACE_SCENE in s.name]
     ours += [c.name for c in bpy.data.collections if c.library is None and scene_setup.COLLECTION_MARK in c]
     ours += [g.name for g in bpy.data.node_groups if g.library is None and GROUP_MARK in g]
     assert not ours, ours

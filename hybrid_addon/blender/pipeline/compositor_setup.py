@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import bpy
 
+from ..lines import draws_freestyle
 from . import node_memory, nodes
 from .node_group import GROUP_MARK, composite_group
 from .restore import Restore
@@ -46,7 +47,9 @@ def sync(
         _divert(tree, user_node, hybrid)
         drawn = trace_node.outputs["Raster"] if mode in {"HYBRID", "RETRACE"} else None
         nodes.link_sockets(tree, hybrid.inputs["Raster"], user_node.outputs["Image"] if mode == "RASTER" else drawn)
-        nodes.link_sockets(tree, hybrid.inputs["Traced"], None if mode == "RASTER" else trace_node.outputs["Image"])
+        # Not the picture itself, over which Blender lays Grease Pencil once more; without EEVEE's half that is right.
+        traced = trace_node.outputs["Image" if mode == "FULL" else "Traced"]
+        nodes.link_sockets(tree, hybrid.inputs["Traced"], None if mode == "RASTER" else traced)
         nodes.mute_ours(user_node, mode in {"FULL", "RETRACE"} and not nodes.other_outputs(user_node))
     for orphan in stand_ins.values():
         _withdraw(tree, orphan, scene, source.name)
@@ -63,6 +66,15 @@ def tear_down(scene: bpy.types.Scene, restore: Restore) -> None:
         nodes.wake(tree, restore)
     nodes.restore_tree(scene, tree, restore)
     remove_orphans()
+
+
+def rejoin(scene: bpy.types.Scene, trace: bpy.types.Scene) -> None:
+    """Let our node show the trace scene again: Blender's undo does not know of that."""
+    tree = nodes.compositor_tree(scene)
+    for node in tree.nodes if tree is not None else ():
+        if nodes.role(node) == "trace" and node.scene != trace:
+            node.scene = trace
+            node.layer = trace.view_layers[0].name
 
 
 def remove_orphans() -> None:
@@ -90,7 +102,8 @@ def needs_source(scene: bpy.types.Scene, source: bpy.types.ViewLayer, mode: str)
     """Whether EEVEE has to render the user's own layer too, beside the mask layer.
 
     With an opaque film the mask layer alone gives raster and mask. A transparent film hides the difference between sky
-    and object, other passes and Cryptomatte exist in the user's layer only, and so do the layers of a multilayer file.
+    and object; other passes, Freestyle's lines and Cryptomatte exist in the user's layer only, and so do the layers of
+    a multilayer file. Other scenes' compositors show it, too: as EEVEE draws it.
     """
     if mode != "HYBRID":
         return mode == "RASTER"
@@ -99,7 +112,19 @@ def needs_source(scene: bpy.types.Scene, source: bpy.types.ViewLayer, mode: str)
         node.type == "CRYPTOMATTE_V2" or (nodes.is_users(node, scene, source.name) and nodes.other_outputs(node))
         for node in tree.nodes
     )
+    others = others or draws_freestyle(scene) or _shown_elsewhere(scene, source.name)
     return scene.render.film_transparent or others or scene.render.image_settings.file_format == "OPEN_EXR_MULTILAYER"
+
+
+def _shown_elsewhere(scene: bpy.types.Scene, layer: str) -> bool:
+    """Whether another scene composites this layer of this scene."""
+    own = nodes.compositor_tree(scene)
+    trees = {tree for other in bpy.data.scenes if (tree := nodes.compositor_tree(other)) not in (None, own)}
+    return any(
+        node.type == "R_LAYERS" and node.scene == scene and node.layer == layer and not node.mute
+        for tree in trees
+        for node in tree.nodes
+    )
 
 
 def feeds_nothing(scene: bpy.types.Scene, source: bpy.types.ViewLayer) -> bool:

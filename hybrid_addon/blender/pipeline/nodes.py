@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import node_memory
+from . import node_memory, trace_scenes
 from .restore import Restore
 
 SOURCE = "hybrid_source"  # on a Hybrid node: name of the Render Layers node that it stands in for
@@ -178,7 +178,10 @@ def other_outputs(node: bpy.types.Node) -> bool:
 
 
 def _render_layers_node(tree: bpy.types.NodeTree, which: str, scene: bpy.types.Scene, layer: str) -> bpy.types.Node:
-    node = tree.nodes.new("CompositorNodeRLayers")
+    # Blender gives a new node the context's scene, of which it forgets to take one user back: let that be one of ours.
+    ours = scene if trace_scenes.is_trace_scene(scene) else trace_scenes.ensure(scene)
+    with bpy.context.temp_override(scene=ours):
+        node = tree.nodes.new("CompositorNodeRLayers")
     node[ROLE] = which
     node.scene = scene
     node.layer = layer

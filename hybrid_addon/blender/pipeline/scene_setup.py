@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a hybrid scene has that a plain one has not: set up, kept in step, taken away again without a trace.
 
-    user's scene                                      "Hybrid Trace" scene (engine HYBRID_TRACER)
-      view layer "Hybrid Mask"                          background_set = the user's scene, so that it shows its
-        collection "Hybrid Traced", held out            objects without linking one of them
+    user's scene                                      "Hybrid Trace" scene (engine HYBRID_TRACER; trace_scenes.py)
+      view layer "Hybrid Mask"                          in a render: background_set = the user's scene, so that it
+        collection "Hybrid Traced", held out            shows its objects without linking one of them
       compositor: Render Layers (mask) + Render Layers (trace) -> Hybrid -> whatever the user's Render Layers fed
 
 `sync(scene)` is idempotent: it compares what is there with what should be there and writes only the differences, so
@@ -18,19 +18,18 @@ import bpy
 from .. import session
 from ..errors import HybridError
 from ..flags import Flags
-from ..view_layers import SOURCE_MARK, copy_evaluation, mask_layer, set_, source_layer, sync_mask_layer
-from . import compositor_setup, opengl
+from ..lines import draws_freestyle, draws_grease_pencil
+from ..view_layers import MASK_MARK, SOURCE_MARK, mask_layer, set_, source_layer, sync_mask_layer
+from . import compositor_setup, opengl, trace_scenes
 from .guard import guard, is_busy
 from .restore import Restore
+from .trace_scenes import ENGINE as ENGINE  # for who asks here
+from .trace_scenes import is_trace_scene as is_trace_scene
 from .transmission import transmit
 
 COLLECTION = "Hybrid Traced"
-TRACE_SCENE = "Hybrid Trace"
-TRACE_LAYER = "Traced"
-ENGINE = "HYBRID_TRACER"
+FREESTYLE = "freestyle_as_render_pass"  # of what was changed in the user's layer
 COLLECTION_MARK = "hybrid_collection"  # custom property on our collections
-
-TRACE_MARK = "hybrid_trace"  # and on our scenes: a user may choose our engine for his own
 
 
 # ------------------------------------------------------------------------------------------------ questions
@@ -44,11 +43,6 @@ def eevee() -> str:
 def is_eevee(scene: bpy.types.Scene) -> bool:
     """Whether EEVEE draws this scene."""
     return bool(scene.render.engine == eevee())
-
-
-def is_trace_scene(scene: bpy.types.Scene) -> bool:
-    """Whether the scene is one of ours."""
-    return scene.render.engine == ENGINE and TRACE_MARK in scene
 
 
 def is_active(scene: bpy.types.Scene) -> bool:
@@ -70,12 +64,8 @@ def why_inactive(scene: bpy.types.Scene) -> str:
 
 
 def trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene | None:
-    """The trace scene that shows this scene, or None.
-
-    Found by what it is, not by a pointer kept in the scene: Blender's dependency graph follows a pointer property from
-    one scene into another, and crashes on its way.
-    """
-    return next((s for s in bpy.data.scenes if is_trace_scene(s) and s.background_set == scene and not s.library), None)
+    """The trace scene of this scene, or None."""
+    return trace_scenes.find(scene)
 
 
 def own_collection(scene: bpy.types.Scene) -> bpy.types.Collection | None:
@@ -90,8 +80,12 @@ def effective_mode(scene: bpy.types.Scene) -> str:
 
 
 def needs_raster(scene: bpy.types.Scene) -> bool:
-    """Whether the tracer asks for EEVEE's picture and its depth, `Scene.raster`, beside the mask."""
-    return bool(scene.hybrid.raster_backed and effective_mode(scene) == "HYBRID")
+    """Whether the tracer asks for EEVEE's picture and its depth, `Scene.raster`, beside the mask.
+
+    Not where Grease Pencil lies over that picture: it has no part in the depth, whose pass decides what hides it.
+    """
+    wanted = scene.hybrid.raster_backed and effective_mode(scene) == "HYBRID"
+    return bool(wanted and not draws_grease_pencil(scene))
 
 
 def traces_shadows(scene: bpy.types.Scene) -> bool:
@@ -114,6 +108,27 @@ def ray_traced_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """The ray traced ones of them."""
     flags = Flags(scene)
     return [b_object for b_object in rendered_objects(scene) if flags.is_ray_traced(b_object)]
+
+
+def missed(scene: bpy.types.Scene) -> list[str]:
+    """Warnings of objects that are ticked, rendered, and yet not ray traced."""
+    flags, source = Flags(scene), source_layer(scene)
+    there = set(rendered_objects(scene))
+    found = [
+        f"object {ob.name!r} belongs to background scene {scene.background_set.name!r}: only EEVEE draws it; "
+        f"link it to scene {scene.name!r} to have it ray traced"
+        for ob in flags.missed()
+        if not ob.hide_render
+    ]
+    for layer in scene.view_layers:
+        if layer != source and layer.use and MASK_MARK not in layer and layer.layer_collection is not None:
+            names = [ob.name for ob in layer.objects if ob not in there and flags.is_ray_traced(ob)]
+            if names:
+                found.append(
+                    f"only view layer {source.name!r} is hybrid; in {layer.name!r} EEVEE draws {', '.join(names)}: "
+                    f"show them in {source.name!r}, or make {layer.name!r} the first layer"
+                )
+    return found
 
 
 def rendered_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -193,6 +208,14 @@ def sync_all() -> None:
         _remove_orphans()
 
 
+def rejoin_all() -> None:
+    """Blender has gone one step through its history, which does not hold the trace scenes."""
+    with guard() as entered:
+        for scene in _own_scenes() if entered else ():
+            if is_active(scene) and mask_layer(scene) is not None:
+                compositor_setup.rejoin(scene, trace_scenes.ensure(scene))
+
+
 def tear_down_all() -> None:
     """Take the pipeline out of every scene; their settings stay."""
     for scene in _own_scenes():
@@ -215,10 +238,11 @@ def sync(scene: bpy.types.Scene) -> None:
         _disown_copies(scene)
         restore = Restore(scene)
         mode = effective_mode(scene)
-        source = _sync_source(scene, restore)
+        source = _sync_source(scene, restore, mode)
         collection = _sync_collection(scene)
-        mask = sync_mask_layer(scene, source, collection, depth=needs_raster(scene), albedo=needs_albedo(scene))
-        trace = _sync_trace_scene(scene)
+        depth = needs_raster(scene) or (source.use_pass_z and draws_grease_pencil(scene))
+        mask = sync_mask_layer(scene, source, collection, depth=depth, albedo=needs_albedo(scene))
+        trace = trace_scenes.ensure(scene)
         drawn = "RETRACE" if session.of(scene.name).retracing else mode
         compositor_setup.sync(scene, source, mask, trace, drawn, restore)
         _sync_compositor(scene, restore)
@@ -245,23 +269,27 @@ def tear_down(scene: bpy.types.Scene) -> None:
         for layer in scene.view_layers:
             if SOURCE_MARK in layer:
                 set_(layer, "use", bool(restore.get("source_use", True)))
+                if restore.get(FREESTYLE) is not None:
+                    set_(layer.freestyle_settings, "as_render_pass", bool(restore.get(FREESTYLE)))
                 del layer[SOURCE_MARK]
-        collection, trace = own_collection(scene), trace_scene(scene)
+        collection = own_collection(scene)
         if collection is not None:
             bpy.data.collections.remove(collection)
-        if trace is not None:
-            bpy.data.scenes.remove(trace)
+        trace_scenes.release(scene)
         restore.clear()
 
 
 # ------------------------------------------------------------------------------------------------ the parts
 
 
-def _sync_source(scene: bpy.types.Scene, restore: Restore) -> bpy.types.ViewLayer:
+def _sync_source(scene: bpy.types.Scene, restore: Restore, mode: str) -> bpy.types.ViewLayer:
     source = source_layer(scene)
     if SOURCE_MARK not in source:
         source[SOURCE_MARK] = True
         restore.remember("source_use", source.use)
+    if draws_freestyle(scene) and (mode == "HYBRID" or restore.get(FREESTYLE) is not None):
+        restore.remember(FREESTYLE, source.freestyle_settings.as_render_pass)
+        set_(source.freestyle_settings, "as_render_pass", mode == "HYBRID" or bool(restore.get(FREESTYLE)))
     restore.remember("use_single_layer", scene.render.use_single_layer)
     set_(scene.render, "use_single_layer", False)  # with it on Blender skips the trace scene
     return source
@@ -283,20 +311,6 @@ def _sync_collection(scene: bpy.types.Scene) -> bpy.types.Collection:
     return collection
 
 
-def _sync_trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene:
-    trace = trace_scene(scene)
-    if trace is None:
-        trace = bpy.data.scenes.new(TRACE_SCENE)
-        trace.render.engine = ENGINE
-        trace[TRACE_MARK] = True
-        trace.background_set = scene
-        trace.view_layers[0].name = TRACE_LAYER
-        trace.view_layers[0].update()  # a render that meets a scene which was never evaluated crashes
-    set_(trace, "camera", scene.camera or _marker_camera(scene))  # Blender refuses to render a scene without one
-    copy_evaluation(scene, trace)
-    return trace
-
-
 def _sync_compositor(scene: bpy.types.Scene, restore: Restore) -> None:
     """Without a window, have the processor composite where that of the graphics card may end Blender.
 
@@ -306,10 +320,6 @@ def _sync_compositor(scene: bpy.types.Scene, restore: Restore) -> None:
     if bpy.app.background and opengl.draws_on_processor():
         restore.remember("compositor_device", scene.render.compositor_device)
         set_(scene.render, "compositor_device", "CPU")
-
-
-def _marker_camera(scene: bpy.types.Scene) -> bpy.types.Object | None:
-    return next((marker.camera for marker in scene.timeline_markers if marker.camera), None)
 
 
 def _disown_copies(scene: bpy.types.Scene) -> None:
@@ -323,10 +333,10 @@ def _disown_copies(scene: bpy.types.Scene) -> None:
 def _remove_orphans() -> None:
     """What belonged to scenes that are gone."""
     scenes = _own_scenes()
-    traces = {trace_scene(scene) for scene in scenes if is_active(scene)}
+    trace_scenes.release_lost()
     collections = {own_collection(scene) for scene in scenes}
-    for scene in [s for s in bpy.data.scenes if is_trace_scene(s) and s not in traces and s.library is None]:
-        if len(bpy.data.scenes) > 1:  # Blender keeps one
+    for scene in [s for s in bpy.data.scenes if is_trace_scene(s) and s.library is None]:
+        if len(bpy.data.scenes) > 1:  # of a file that an older release left one in
             bpy.data.scenes.remove(scene)
     for collection in list(bpy.data.collections):
         if COLLECTION_MARK in collection and collection not in collections and collection.library is None:

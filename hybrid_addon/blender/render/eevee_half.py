@@ -11,22 +11,28 @@ import numpy as np
 from ...scene import Camera, Float32
 from ..errors import HybridError
 from ..flags import Flags
+from ..lines import draws_freestyle
 from ..pipeline import scene_setup
 from . import images
 
 Window = tuple[int, int, int, int]
 
+Half = tuple[Float32, Float32, Float32 | None, Float32 | None, Float32 | None]
+
+FREESTYLE = ("Freestyle", "FreestyleLineSet")
+"""Names of Freestyle's pass."""
+
 ALBEDO = ("Diffuse Color", "DiffCol")
 """Names of EEVEE's pass in 5.x and 4.5."""
 
 
-def read(
-    scene: bpy.types.Scene, window: Window, check: Callable[[], None]
-) -> tuple[Float32, Float32, Float32 | None, Float32 | None]:
+def read(scene: bpy.types.Scene, window: Window, check: Callable[[], None]) -> Half:
     """EEVEE's picture without the ray traced objects (h, w, 4), their coverage (h, w) and, if they were asked for, the
-    depth (h, w) and the diffuse colour (h, w, 3), black where these are, of that picture; all over the window."""
+    depth (h, w) and the diffuse colour (h, w, 3), black where these are, of that picture, and Freestyle's lines
+    (h, w, 4) over both halves; all over the window."""
     from ...compositor import mask_from_alpha
 
+    refuse_stereo(scene)
     planes = images.read_render_result(scene, check)
     mask_layer = scene_setup.mask_layer(scene)
     if mask_layer is None:
@@ -36,10 +42,17 @@ def read(
     depth = None if plane is None else _crop(plane, window)[..., 0]
     planes_of_color = [planes[name] for pass_ in ALBEDO if (name := f"{mask_layer.name}.{pass_}") in planes]
     albedo = _crop(planes_of_color[0], window)[..., :3] if planes_of_color and scene_setup.needs_albedo(scene) else None
-    if not scene.render.film_transparent:
-        return raster, mask_from_alpha(raster[..., 3]), depth, albedo
-    whole = _crop(planes[f"{scene_setup.source_layer(scene).name}.Combined"], window)
-    return raster, mask_from_alpha(raster[..., 3], whole[..., 3]), depth, albedo
+    source = scene_setup.source_layer(scene).name
+    lines = next((planes[name] for pass_ in FREESTYLE if (name := f"{source}.{pass_}") in planes), None)
+    lines = None if lines is None or not draws_freestyle(scene) else _crop(lines, window)
+    whole = _crop(planes[f"{source}.Combined"], window)[..., 3] if scene.render.film_transparent else None
+    return raster, mask_from_alpha(raster[..., 3], whole), depth, albedo, lines
+
+
+def refuse_stereo(scene: bpy.types.Scene) -> None:
+    """Raise HybridError if EEVEE draws several views: there is one mask, and one picture to read."""
+    if scene.render.use_multiview:
+        raise HybridError(f"scene '{scene.name}' renders several views: switch Stereoscopy off (Properties > Output)")
 
 
 def without_sky(depth: Float32, camera: Camera) -> Float32:

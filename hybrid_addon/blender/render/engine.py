@@ -21,9 +21,10 @@ from ...clock import Clock
 from ...report.ended import ended_warnings
 from ...report.frame import frame_report
 from ...scene import Film, Float32, Raster
+from .. import lines as lines_drawn
 from .. import session, view_layers
 from ..flags import unsaved_overrides
-from ..pipeline import compositor_setup, eevee_shadows, evaluated, scene_setup
+from ..pipeline import compositor_setup, eevee_shadows, evaluated, others_handlers, scene_setup, trace_scenes
 from ..session import Frame
 from . import abort, eevee_half, motion_blur, retrace
 from .settings import public_settings, tracer_settings
@@ -35,6 +36,8 @@ CHANNELS = {"NORMAL": "XYZ", "SHADOW": "RGB", "REFLECTION": "RGB", "REFRACTION":
 """Of the data passes that have more than one."""
 
 RETRACED = {"what": "EEVEE's half of the picture", "why": "retraced: it is the last render's", "count": 1}
+
+GREASE_PENCIL = "Grease Pencil lies over EEVEE's picture, but is not in its depth"
 
 USE_EEVEE = "has the add-on's internal engine: set Render Engine to EEVEE and tick Hybrid"
 
@@ -53,7 +56,7 @@ class HybridTracer(bpy.types.RenderEngine):
     def update_render_passes(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
         """Declare the passes, or compositor trees lose their sockets."""
         self.register_pass(scene, view_layer, "Combined", 4, "RGBA", "COLOR")
-        for name, channels in _passes(scene.background_set).items():
+        for name, channels in _passes(trace_scenes.owner(scene)).items():
             self.register_pass(scene, view_layer, name, len(channels), channels, PASS_TYPES[channels])
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
@@ -62,12 +65,10 @@ class HybridTracer(bpy.types.RenderEngine):
             evaluated.seen(depsgraph)
             self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
             return
-        scene = depsgraph.scene.background_set if scene_setup.TRACE_MARK in depsgraph.scene else None
+        others_handlers.show()
+        scene = trace_scenes.owner(depsgraph.scene)
         if scene is None:
             self._fail("", f"scene '{depsgraph.scene.name}' {USE_EEVEE}")
-            return
-        if session.asked_for == depsgraph.scene.name:
-            self._fail(scene.name, f"'{depsgraph.scene.name}' is the add-on's own scene: render '{scene.name}' instead")
             return
         try:
             from ...tracer import Cancelled
@@ -127,7 +128,7 @@ def trace_frame(
 
     evaluate : has `depsgraph` show another frame, for motion blur.
     """
-    from ...compositor import black_out, light_up, premultiply, shade
+    from ...compositor import black_out, lay_over, light_up, premultiply, shade
     from ...tracer import trace
     from ..sync import translate
 
@@ -136,15 +137,16 @@ def trace_frame(
     mode = scene.hybrid.mode
 
     clock = Clock()
-    drawn, mask, depth, albedo = None, None, None, None
+    drawn, mask, depth, albedo, lines = None, None, None, None, None
     again = held = retrace.held(scene)
     if again is not None:
-        drawn, mask, depth, albedo = again.raster, again.mask, again.depth, again.albedo
+        drawn, mask, depth, albedo, lines = again.raster, again.mask, again.depth, again.albedo, again.lines
     elif mode != "FULL":
         reading = "Reading EEVEE's picture"
         going_on = partial(_going_on, progress, reading)
-        drawn, mask, depth, albedo = _stage(progress, reading, eevee_half.read, scene, window, going_on)
-        held = retrace.hold(scene, window, drawn, mask, depth, albedo)
+        half = _stage(progress, reading, eevee_half.read, scene, window, going_on)
+        drawn, mask, depth, albedo, lines = half
+        held = retrace.hold(scene, window, half)
     timing["mask read"] = clock.read()
 
     clock, left = Clock(), session.caches_of(scene.name)
@@ -182,7 +184,10 @@ def trace_frame(
         traced = shade(traced, drawn, film.shadow)
     if albedo is not None and film.caustic is not None:
         traced = light_up(traced, film.caustic, albedo)
+    if drawn is not None and lines is not None:
+        drawn, traced = lay_over(drawn, lines), lay_over(traced, lines, of_both=False)
     notes = [RETRACED] if again else []
+    unfit = unfit or (GREASE_PENCIL if scene.hybrid.raster_backed and lines_drawn.draws_grease_pencil(scene) else "")
     notes += [{"what": "raster-backed hits", "why": unfit, "count": 1}] if unfit else []
     report = frame_report(
         versions=versions(),
@@ -243,7 +248,13 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
         f"tick and untick Ray Traced once in {b_id.override_library.reference.library.filepath}, and save that file"
         for b_id in unsaved_overrides(scene)
     ]
-    return [*warnings, *eevee_shadows.warnings(scene)]
+    return [
+        *warnings,
+        *trace_scenes.warnings(scene),
+        *scene_setup.missed(scene),
+        *lines_drawn.warnings(scene),
+        *eevee_shadows.warnings(scene),
+    ]
 
 
 def versions() -> dict[str, str]:
@@ -287,10 +298,10 @@ def _window(scene: bpy.types.Scene, resolution: tuple[int, int], size: tuple[int
 
 
 def _passes(scene: bpy.types.Scene | None) -> dict[str, str]:
-    """Names and channels of the trace scene's passes beside the picture: three always, others if they are wanted."""
+    """Names and channels of the trace scene's passes beside the picture: four always, others if they are wanted."""
     wanted = sorted(scene.hybrid.passes) if scene else []
     data = {pass_name(name): CHANNELS.get(name, "X") for name in wanted}
-    return {"Mask": "X", "Residual": "X", retrace.PASS: "RGBA", **data}
+    return {"Mask": "X", "Residual": "X", retrace.PASS: "RGBA", "Traced": "RGBA", **data}
 
 
 def pass_name(name: str) -> str:
@@ -303,7 +314,8 @@ def _deliver(target: bpy.types.RenderResult, frame: Frame, film: Film) -> None:
     if frame.raster is not None:
         passes[retrace.PASS].rect.foreach_set(frame.raster.ravel())
     # Not `rect = pixels`: that makes a Python number of each, 190 times slower.
-    passes["Combined"].rect.foreach_set(frame.traced.ravel())
+    for name in ("Combined", "Traced"):
+        passes[name].rect.foreach_set(frame.traced.ravel())
     passes["Mask"].rect.foreach_set(frame.mask.ravel())
     passes["Residual"].rect.foreach_set(residual(film, frame.mask).ravel())
     for name, pixels in frame.passes.items():

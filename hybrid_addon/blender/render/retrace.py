@@ -13,12 +13,13 @@ from contextlib import contextmanager
 
 import bpy
 
-from ...scene import Float32, Scene, TriangleMesh
+from ...scene import Scene, TriangleMesh
 from .. import session
 from ..errors import HybridError
 from ..pipeline import nodes, scene_setup
 from ..session import EeveeHalf
 from ..sync.cache import same
+from .eevee_half import Half
 from .snapshot import Snapshot
 
 PASS = "Raster"
@@ -36,20 +37,13 @@ def begins(scene: bpy.types.Scene) -> None:
         own.snapshot = Snapshot(scene)
 
 
-def hold(
-    scene: bpy.types.Scene,
-    window: tuple[int, int, int, int],
-    raster: Float32,
-    mask: Float32,
-    depth: Float32 | None,
-    albedo: Float32 | None,
-) -> EeveeHalf | None:
+def hold(scene: bpy.types.Scene, window: tuple[int, int, int, int], half: Half) -> EeveeHalf | None:
     """Keep EEVEE's half, that has just been read. None: the render began without our hearing of it."""
     own = session.of(scene.name)
     if own.snapshot is None:
         return None
     shadows = scene_setup.traces_shadows(scene)
-    own.eevee_half = EeveeHalf(window, raster, mask, depth, albedo, scene.frame_current, shadows, own.snapshot)
+    own.eevee_half = EeveeHalf(window, *half, scene.frame_current, shadows, own.snapshot)
     return own.eevee_half
 
 

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
+
 import bpy
 import pytest
 
 from hybrid_addon import HybridError, disable, enable, mark, unmark
-from hybrid_addon.blender.pipeline import nodes, opengl, scene_setup
+from hybrid_addon.blender.pipeline import nodes, opengl, scene_setup, trace_scenes
 
 pytestmark = pytest.mark.blender
 NEW_API = bpy.app.version >= (5, 0)
@@ -163,14 +165,22 @@ def test_the_mask_layer_imitates_the_users_layer(scene):
     assert mask.layer_collection.children["Extra"].holdout
 
 
+@contextmanager
+def attached():
+    """As a render begins and ends."""
+    trace_scenes.begin()
+    yield
+    trace_scenes.detach()
+
+
 def test_the_camera_follows(scene):
     mark(bpy.data.objects["Cube"])
     enable(scene)
     other = bpy.data.objects.new("Other", bpy.data.cameras.new("Other"))
     scene.collection.objects.link(other)
     scene.camera = other
-    bpy.context.view_layer.update()  # the handler does the rest
-    assert scene_setup.trace_scene(scene).camera == other
+    with attached():
+        assert scene_setup.trace_scene(scene).camera == other
 
 
 def test_the_frame_rate_follows(scene):
@@ -179,7 +189,8 @@ def test_the_frame_rate_follows(scene):
     enable(scene)
     scene.render.fps, scene.render.fps_base = 60, 1.001
     scene_setup.sync(scene)
-    render = scene_setup.trace_scene(scene).render
+    with attached():
+        render = scene_setup.trace_scene(scene).render
     assert (render.fps, render.fps_base) == (60, scene.render.fps_base)
 
 
@@ -225,7 +236,7 @@ def test_a_copied_scene_gets_a_pipeline_of_its_own(scene):
         assert copy != scene
         scene_setup.sync_all()
         for each in (scene, copy):
-            assert scene_setup.trace_scene(each).background_set == each
+            assert trace_scenes.owner(scene_setup.trace_scene(each)) == each
             assert scene_setup.own_collection(each).name in each.collection.children
             assert [c.name for c in each.collection.children if c.name.startswith(scene_setup.COLLECTION)] == [
                 scene_setup.own_collection(each).name
@@ -237,7 +248,7 @@ def test_a_copied_scene_gets_a_pipeline_of_its_own(scene):
         assert roles == {"mask": copy, "trace": scene_setup.trace_scene(copy)}
         disable(copy)
         assert scene_setup.trace_scene(copy) is None
-        assert scene_setup.trace_scene(scene).background_set == scene
+        assert trace_scenes.owner(scene_setup.trace_scene(scene)) == scene
         assert scene_setup.own_collection(scene).name in scene.collection.children
 
 
@@ -251,8 +262,8 @@ def test_append_brings_a_scene_that_renders_hybrid(scene, tmp_path):
         into.scenes = inside.scenes
     scene_setup.sync_all()
     appended = next(s for s in bpy.data.scenes if s.hybrid.enabled)
-    assert scene_setup.trace_scene(appended).background_set == appended
-    assert len([s for s in bpy.data.scenes if scene_setup.is_trace_scene(s)]) == 1
+    assert trace_scenes.owner(scene_setup.trace_scene(appended)) == appended
+    assert not [s for s in bpy.data.scenes if scene_setup.is_trace_scene(s)]
 
 
 def test_deleting_the_scene_takes_its_trace_scene_along(scene):
@@ -296,10 +307,8 @@ def test_renamed_parts_are_found_again(scene):
     enable(scene)
     scene_setup.mask_layer(scene).name = "My Mask"
     scene_setup.own_collection(scene).name = "My Collection"
-    scene_setup.trace_scene(scene).name = "My Trace"
     scene_setup.sync_all()
     assert len(scene.view_layers) == 2
-    assert len(bpy.data.scenes) == 2
     disable(scene)
     assert [v.name for v in scene.view_layers] == before_layers
     assert len(bpy.data.scenes) == 1

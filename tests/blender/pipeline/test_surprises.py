@@ -7,7 +7,7 @@ import bpy
 import pytest
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender.pipeline import note, scene_setup
+from hybrid_addon.blender.pipeline import note, scene_setup, trace_scenes
 from hybrid_addon.blender.render.engine import scene_warnings
 
 pytestmark = pytest.mark.blender
@@ -30,7 +30,7 @@ def test_a_scene_that_was_just_made(scene):
     """Its view layer is empty until somebody looks (Blender 5)."""
     fresh = bpy.data.scenes.new("Fresh")
     hybrid.enable(fresh)
-    assert scene_setup.trace_scene(fresh).background_set == fresh
+    assert trace_scenes.owner(scene_setup.trace_scene(fresh)) == fresh
     assert scene_setup.own_collection(fresh) is not None
 
 

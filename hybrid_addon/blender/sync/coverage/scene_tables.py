@@ -20,7 +20,7 @@ OUTPUT = "where, when and how files are written"
 BAKING = "of baking alone"
 LINKS = "a list or pointer with a table or a test of its own"
 GREASE_PENCIL = "of Grease Pencil, which is named"
-FREESTYLE = "of Freestyle, which draws its lines on EEVEE's half"
+FREESTYLE = "of Freestyle, whose lines lie over both halves"
 SOUND = "of sound, playback or physics"
 SIMPLIFY = "the trace scene takes it over before Blender evaluates the objects"
 
@@ -100,7 +100,7 @@ RENDER: Table = {
     **followed("use_motion_blur, motion_blur_shutter, motion_blur_position"),
     **irrelevant(LINKS, "motion_blur_shutter_curve"),
     "use_multiview": Named(
-        "is not supported: the ray traced half shows one view", False, rank=FIRST, label="stereoscopy"
+        "is refused in mode Hybrid; mode Full shows one view", False, rank=FIRST, label="stereoscopy"
     ),
     "use_sequencer": Named(
         "replaces the rendered picture: switch Post Processing > Sequencer off", False, _has_strips, FIRST

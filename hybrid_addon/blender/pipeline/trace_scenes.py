@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The trace scenes: they lie beside the file, not in it.
+
+Blender renders a scene of our engine because a compositor node asks for it; nothing says that this scene has to be one
+of the file's. Those here are in a temporary database (`bpy.data.temp_data`): no list of scenes has them, no exporter or
+script meets them, no file is saved with them, and no undo step knows them.
+
+Blender does not keep pointers right from one database into another. So a trace scene points to the user's only while
+that is rendered, from `attach` to `detach`; the other way the compositor's nodes point to a trace scene, and none is
+removed before the add-on leaves. That of a scene that is gone serves the next one.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from ..view_layers import copy_evaluation, set_, source_layer
+from . import context_drivers, others_handlers
+
+TRACE_SCENE = "Hybrid Trace"
+TRACE_LAYER = "Traced"
+ENGINE = "HYBRID_TRACER"
+TRACE_MARK = "hybrid_trace"  # custom property on our scenes: a user may choose our engine for his own
+
+_context: Any = None  # of the temporary database
+_database: Any = None
+_read_by_drivers: list[context_drivers.Path] = []  # of the trace scene, in the render that runs
+_not_given: dict[int, list[str]] = {}  # what of that a trace scene cannot have, by the `session_uid` of the user's
+_owned: dict[int, bpy.types.Scene] = {}  # trace scenes by the `session_uid` of the user's
+
+
+def is_trace_scene(scene: bpy.types.Scene) -> bool:
+    """Whether the scene is one of ours."""
+    return scene.render.engine == ENGINE and TRACE_MARK in scene
+
+
+def find(scene: bpy.types.Scene) -> bpy.types.Scene | None:
+    """The trace scene of this scene, or None."""
+    return _owned.get(scene.session_uid)
+
+
+def owner(trace: bpy.types.Scene) -> bpy.types.Scene | None:
+    """The user's scene that this trace scene, original or evaluated, belongs to; None for any other scene."""
+    uid = next((uid for uid, own in _owned.items() if own.session_uid == trace.session_uid), None)
+    return next((scene for scene in bpy.data.scenes if scene.session_uid == uid), None)
+
+
+def ensure(scene: bpy.types.Scene) -> bpy.types.Scene:
+    """The trace scene of this scene, made if there is none."""
+    found = _owned.get(scene.session_uid)
+    if found is None:
+        found = _owned[scene.session_uid] = _spare() or _new()
+    return found
+
+
+def release(scene: bpy.types.Scene) -> None:
+    """This scene needs its trace scene no more."""
+    trace = _owned.pop(scene.session_uid, None)
+    if trace is not None:
+        _point(trace, None)
+
+
+def release_lost() -> None:
+    """Nor do scenes that are gone."""
+    there = {scene.session_uid for scene in bpy.data.scenes}
+    for uid in _owned.keys() - there:
+        _point(_owned.pop(uid), None)
+
+
+def begin() -> None:
+    """A render begins: look what drivers will read, and `attach`."""
+    _read_by_drivers[:] = context_drivers.paths() if _owned else []
+    attach()
+
+
+def attach() -> None:
+    """Let each trace scene show its owner's objects, as that one evaluates them."""
+    for scene in bpy.data.scenes:
+        trace = _owned.get(scene.session_uid)
+        if trace is not None:
+            _point(trace, scene)
+            _not_given[scene.session_uid] = context_drivers.copy(_read_by_drivers, scene, source_layer(scene), trace)
+
+
+def evaluated(depsgraph: bpy.types.Depsgraph) -> None:
+    """A layer of the user's scene has been evaluated for a render: what drivers read may be animated."""
+    trace = find(depsgraph.scene)
+    if trace is not None and depsgraph.mode == "RENDER" and _read_by_drivers:
+        context_drivers.copy(_read_by_drivers, depsgraph.scene_eval, depsgraph.view_layer_eval, trace)
+
+
+def warnings(scene: bpy.types.Scene) -> list[str]:
+    """What the traced half of the last render has not."""
+    return [
+        f"drivers read {path!r} of the active scene or view layer: what they move may be elsewhere in the traced half"
+        for path in _not_given.get(scene.session_uid, ())
+    ]
+
+
+def detach() -> None:
+    """Nothing is rendered any more."""
+    for trace in _owned.values():
+        _point(trace, None)
+
+
+def close() -> None:
+    """The add-on leaves: remove the database."""
+    global _context, _database
+    if _context is None:
+        return
+    ours = set(_database.scenes)
+    trees = [*bpy.data.node_groups, *(getattr(scene, "node_tree", None) for scene in bpy.data.scenes)]
+    for tree in trees:
+        for node in tree.nodes if tree is not None else ():
+            if node.bl_idname == "CompositorNodeRLayers" and node.scene in ours:
+                node.scene = None
+    detach()
+    _owned.clear()
+    _context.__exit__(None, None, None)
+    _context = _database = None
+
+
+def _point(trace: bpy.types.Scene, scene: bpy.types.Scene | None) -> None:
+    set_(trace, "background_set", scene)
+    camera = None if scene is None else scene.camera or _marker_camera(scene)
+    # One of its own else: before a render in a window begins, Blender asks whether all scenes have a camera.
+    set_(trace, "camera", camera or _database.objects[trace.name])
+    if scene is not None:
+        copy_evaluation(scene, trace)
+
+
+def _marker_camera(scene: bpy.types.Scene) -> bpy.types.Object | None:
+    return next((marker.camera for marker in scene.timeline_markers if marker.camera), None)
+
+
+def _spare() -> bpy.types.Scene | None:
+    if _database is None:
+        return None
+    return next((trace for trace in _database.scenes if trace not in _owned.values()), None)
+
+
+def _new() -> bpy.types.Scene:
+    global _context, _database
+    if _database is None:
+        _context = bpy.data.temp_data()
+        _database = _context.__enter__()
+    trace: bpy.types.Scene = _database.scenes.new(TRACE_SCENE)
+    trace.render.engine = ENGINE
+    trace[TRACE_MARK] = True
+    trace.camera = _database.objects.new(trace.name, _database.cameras.new(trace.name))
+    trace.view_layers[0].name = TRACE_LAYER
+    with others_handlers.hidden():
+        trace.view_layers[0].update()  # a render that meets a scene which was never evaluated crashes
+    return trace
