@@ -36,6 +36,8 @@ def unregister() -> None:
 
 
 def __getattr__(name: str) -> Any:
+    if name == "glTF2ImportUserExtension":  # what Blender's glTF importer asks add-ons for
+        return import_module(".blender.gltf", __package__).ImportExtension
     if name in _PUBLIC:
         return getattr(import_module(".blender.api", __package__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -40,7 +40,7 @@ FLOORS = {
         {"integrator"}, {"sampling"}, {"catcher"}, {"render"},
     ),
     "blender": (
-        {"errors", "flags", "view_layers"}, {"files"}, {"sync"}, {"session"}, {"pipeline"}, {"render"},
+        {"errors", "flags", "gltf", "view_layers"}, {"files"}, {"sync"}, {"session"}, {"pipeline"}, {"render"},
         {"preview", "scan"}, {"api"}, {"ui", "measure"}, {"cli", "handlers"}, {"registration"}, {"standalone"},
     ),
 }  # fmt: skip

@@ -42,7 +42,7 @@ def life(archive: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, A
     report = folder / "report.json"
     command = [sys.executable, ROOT / "tests" / "package_driver.py", archive, report]
     environment = {**os.environ, "BLENDER_USER_RESOURCES": str(folder / "user")}
-    process = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=folder, timeout=300)
+    process = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=folder, timeout=600)
     assert process.returncode == 0, process.stdout + process.stderr
     assert "Traceback" not in process.stderr, process.stderr
     return json.loads(report.read_text(encoding="utf-8"))

@@ -61,8 +61,11 @@ def mark(
     reflectivity: float | None = None,
     opacity: float | None = None,
     ior: float | None = None,
+    dispersion: float | None = None,
 ) -> None:
-    """Flag an object as ray traced. Any value given makes its surface Custom; with none, its materials decide.
+    """Flag an object as ray traced. Reflectivity, opacity or IOR make its surface Custom; else its materials decide.
+
+    dispersion : 20 / Abbe number; it counts beside the materials' IOR, too.
 
     Raises HybridError for an object that has no surface (a light, a camera) and for a value out of range.
     """
@@ -74,7 +77,8 @@ def mark(
         raise HybridError(f"'{obj.name}' is a {obj.type.lower()}: only objects with a surface can be ray traced")
     if obj.library is not None:
         raise HybridError(f"'{obj.name}' is linked from {obj.library.filepath}: make a library override first")
-    values = _given(SURFACE, {"reflectivity": reflectivity, "opacity": opacity, "ior": ior}, "mark()")
+    given = {"reflectivity": reflectivity, "opacity": opacity, "ior": ior, "dispersion": dispersion}
+    values = _given(SURFACE, given, "mark()")
     for name, value in values.items():
         setattr(obj.hybrid, name, value)
     obj.hybrid.ray_traced = True

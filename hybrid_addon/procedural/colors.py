@@ -73,6 +73,20 @@ def ramp(t: Array, table: Array) -> Array:
     return result
 
 
+def curves_beyond(vector: Array, table: tuple[Array, Array, Array, Array]) -> Array:
+    """Curves of Vector Curves: a table (k, 3) from `low` (3,) to `high` (3,), and the slopes (2, 3) that go on beyond.
+
+    table : those four. After gpu_shader_material_curves.glsl (curves_vector).
+    """
+    values, low, high, slopes = (np.asarray(part, vector.dtype) for part in table)
+    v, low, high = three(vector), low[:, None], high[:, None]
+    t = (v - low) / (high - low)
+    result = curves(t, values)
+    result += np.minimum(v - low, 0) * slopes[0][:, None]
+    result += np.maximum(v - high, 0) * slopes[1][:, None]
+    return result
+
+
 def curves(color: Array, table: Array) -> Array:
     """Three tables (k, 3), one for each channel."""
     return np.concatenate([ramp(three(color)[i : i + 1], table[:, i : i + 1]) for i in range(3)])

@@ -19,6 +19,13 @@ def affine(p: Array, matrix: Array) -> Array:
     return np.stack([m[0] * rows[0] + m[1] * rows[1] + m[2] * rows[2] + m[3] for m in matrix])
 
 
+def transformed(v: Array, matrix: Array, kind: str) -> Array:
+    """A POINT, a VECTOR, or a NORMAL by the inverse matrix (12, n), whose rows of four stand one after the other."""
+    v, rows = three(v), matrix.reshape(3, 4, -1)
+    turned = (rows[:, :3] * v[:, None]).sum(axis=0) if kind == "NORMAL" else (rows[:, :3] * v).sum(axis=1)
+    return turned + rows[:, 3] if kind == "POINT" else turned
+
+
 def _rotated(p: Array, angles: Array, back: bool = False) -> Array:
     """Turned about X, then Y, then Z (3, n); or back again."""
     for axis in (2, 1, 0) if back else (0, 1, 2):

@@ -51,6 +51,8 @@ class Instance:
     matrix_world   : (4, 4) float64; mirrored, sheared and singular matrices are allowed.
     ray_traced     : ray traced by the artist; in hybrid mode only ray traced objects are seen by camera rays.
     moves          : it is likely to be elsewhere in the next frame: a hint, by which search trees are divided.
+    values         : what its surfaces read of it, key -> up to 4 numbers: "location", "color", "random", "object:NAME",
+                     ... (expressions.INSTANCE). Its matrices need not be there.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Instance:
     ray_traced: bool = False
     visibility: Visibility = Visibility()
     moves: bool = False
+    values: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

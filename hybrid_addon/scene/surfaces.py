@@ -74,6 +74,7 @@ class Surface:
     ior                : refractive index inside, against vacuum, > 0. Closed bodies that transmit nest: where some
                          overlap the smallest displaces the others (an air bubble in water has IOR 1). An open
                          sheet bends light once, by ior, whatever it lies in.
+    dispersion         : 20 / Abbe number, as in glTF: how much more blue is refracted than red; 0: all the same.
     interface_tint     : tint of F Lr. Black: nothing is reflected, and all of the light is transmitted (Refraction).
     normal             : shading normal by a normal map or bump, or None: the mesh's.
     edge_tint          : of a metal, at 82 degrees (F82), where `reflection_tint` holds at normal incidence; None: it
@@ -104,6 +105,7 @@ class Surface:
     opacity: Number = 1.0
     transmission_tint: Color = WHITE
     ior: Number = 1.45
+    dispersion: float = 0.0
     interface_tint: Color = WHITE
     normal: Expression | None = None
     layered: bool = False

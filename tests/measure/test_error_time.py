@@ -6,12 +6,13 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from hybrid_addon.measure.error_time import findings, fits, host, metrics, tables
-from hybrid_addon.measure.error_time.reference import CLEAR, pilot, reference
+from hybrid_addon.measure.error_time.reference import pilot, reference
 from hybrid_addon.measure.error_time.regions import regions
 from hybrid_addon.measure.error_time.renders import CUTOFFS, Axes, Renders
 from hybrid_addon.measure.error_time.sweep import Point, combinations, knobs, measure, promising
@@ -79,6 +80,42 @@ def test_how_many_pixels_decide_the_rmse():
     picture[3, 4] = 50  # a highlight: it shows as 1
     decide = (1 + 199e-4) ** 2 / (1 + 199e-8)
     assert metrics.deciding(picture, target, REGION) == pytest.approx(decide)
+
+
+def test_the_noise_of_the_reference_cancels_where_its_halves_are_given():
+    """A picture that is off by 0.01, and a reference whose noise is ten times that: its square would hide it."""
+    size, truth = (256, 256, 3), np.full((256, 256, 3), 0.5)
+    halves = tuple(truth + rng.normal(0, 0.1, size) for rng in map(np.random.default_rng, (1, 2)))
+    everything = np.ones(size[:2], bool)
+    for off in (0.01, 0.0):
+        (found,) = metrics.errors(truth + off, sum(halves) / 2, {"all": everything}, halves).values()
+        assert metrics.tells(found) == (off > 0)
+        assert found["rmse_shown"] == pytest.approx(off, abs=0.004)
+        assert found["rmse"] > 0.06
+
+
+def test_three_standard_errors_are_what_the_errors_of_equal_pictures_stay_within():
+    """Noise that pixels share with their neighbours, as the pixel filter does: blocks of pixels see through it."""
+    rng, errs = np.random.default_rng(3), []
+    for _ in range(60):
+        noise = rng.normal(0, 0.1, (2, 65, 65, 3))
+        noise = (noise[:, 1:, 1:] + noise[:, :-1, 1:] + noise[:, 1:, :-1] + noise[:, :-1, :-1]) / 2
+        maps = metrics.maps(np.full((64, 64, 3), 0.5), np.zeros((64, 64, 3)), tuple(0.5 + noise))
+        found = metrics.judged(maps, np.ones((64, 64), bool))
+        errs.append(float(maps["rmse_shown"].mean()) / (found["rmse_shown_least"] ** 2 / metrics.CLEAR))
+    assert 0.75 < np.std(errs) < 1.35  # in standard errors
+
+
+def test_doubt_is_that_of_the_ratio_of_two_means():
+    rng = np.random.default_rng(4)
+    ratios, doubts = [], []
+    for _ in range(400):
+        ours, theirs = rng.exponential(1.0, 200), rng.exponential(3.0, 200)
+        ratios.append(math.log(ours.sum() / theirs.sum()))
+        doubts.append(metrics.doubt(ours, theirs))
+    assert np.mean(doubts) == pytest.approx(np.std(ratios), rel=0.1)
+    assert metrics.doubt(ours, 2 * ours) == pytest.approx(0)
+    assert metrics.doubt(ours, -ours) == math.inf
 
 
 def test_errors_by_region_are_those_of_the_region():
@@ -231,18 +268,18 @@ def test_error_falls_with_samples_bounces_and_cutoff(swept):
 def test_points_within_the_noise_make_no_slope_and_no_front_and_the_reason_is_told(swept):
     axes, deep, single, points, _ = swept
     clear = [p.clear for p in points]
-    assert clear == [p.shown > CLEAR * deep.floor["all"]["rmse_shown"] for p in points]
-    noisy = replace(deep, floor={name: {**e, "rmse_shown": 1e3} for name, e in deep.floor.items()})
-    found = findings.slopes(points, noisy, single, axes)
+    assert clear == [p.shown > p.error["all"]["rmse_shown_least"] for p in points]
+    lost = {region: {"rmse_shown": 0.1, "rmse_shown_least": 1e3} for region in deep.floor}
+    hidden = [replace(p, clear=False, error=lost) for p in points]
+    found = findings.slopes(hidden, deep, single, axes)
     assert found["aa_all"].fit is None
     assert "0 of 3 points stand clear" in found["aa_all"].why
     assert found["depth"].fit is not None  # it has nothing to do with the reference
-    hidden = [replace(p, clear=False) for p in points]
-    assert findings.front([1.0] * len(points), [p.shown for p in points], [p.clear for p in hidden]) == []
+    assert findings.front(hidden, [1.0] * len(points)) == []
     assert "beaten by one whose error is within" in findings.no_front([], points, deep)
     assert findings.no_front([0], points, deep) == ""
-    assert "no error is larger than 3 x the noise" in findings.no_front([], hidden, noisy)
-    assert f"too noisy for {len(points)} of {len(points)}" in findings.reservations(hidden, noisy, single)[0]
+    assert "no error can be told from none" in findings.no_front([], hidden, deep)
+    assert f"too noisy for {len(points)} of {len(points)}" in findings.reservations(hidden, deep, single)[0]
 
 
 def test_what_there_is_no_time_for_is_left_out(swept):
@@ -263,11 +300,14 @@ def test_what_there_is_no_time_for_is_left_out(swept):
     assert promising(none["entries"]) == []
 
 
-def test_the_reference_takes_the_samples_that_there_is_time_for(swept):
+def test_the_reference_takes_the_samples_that_there_is_time_for(swept, monkeypatch):
     axes, _, _, _, renders = swept
     hurried = replace(axes, patient=False)
-    assert reference(renders, hurried, 1.0, time.perf_counter() + 8.5).quality.samples == 8
-    assert reference(renders, hurried, 1.0, time.perf_counter()).quality.samples == 2
+    with monkeypatch.context() as patch:
+        stopped = SimpleNamespace(perf_counter=lambda: 100.0)
+        patch.setattr("hybrid_addon.measure.error_time.reference.time", stopped)
+        assert reference(renders, hurried, 1.0, 108.5).quality.samples == 8
+        assert reference(renders, hurried, 1.0, 100.0).quality.samples == 2
     assert pilot(renders, replace(hurried, reference_samples=2), time.perf_counter() + 600).cutoff == CUTOFFS[0]
     stopped = pilot(renders, hurried, time.perf_counter())
     assert not stopped.finished
@@ -296,7 +336,7 @@ def test_a_picture_is_not_compared_with_itself(swept):
     """The reference has samples of its own: its seeds are not the render's."""
     _, deep, _, points, _ = swept
     assert deep.noise() > 0
-    assert min(p.shown for p in points) > deep.noise() / 10
+    assert min(p.error["all"]["rmse"] for p in points) > deep.noise() / 10
 
 
 def test_combinations_leave_out_adaptive_sampling_where_it_does_nothing():

@@ -189,7 +189,7 @@ needs_blender = pytest.mark.skipif(importlib.util.find_spec("bpy") is None, reas
 def command(*arguments: str, before: str = "") -> subprocess.CompletedProcess[str]:
     """`python -m hybrid_addon stability ...`; `before` is run first."""
     script = f"import sys; {before}\nsys.argv[1:] = {['stability', *arguments]!r}\nimport hybrid_addon.__main__"
-    return subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=300)
+    return subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=600)
 
 
 @pytest.fixture(scope="module")

@@ -65,7 +65,9 @@ def against_cycles(
     floor = metrics.errors(a * weight, mean * weight, deep.regions)
     points, late = _points(scene, sorted(samples), axes.repeats, each, until)
     for point in points:
-        point["error"] = metrics.errors(point.pop("picture") * weight, mean * weight, deep.regions)
+        point["error"] = metrics.errors(
+            point.pop("picture") * weight, mean * weight, deep.regions, (a * weight, b * weight)
+        )
         shown = point["error"]["all"][metrics.SHOWN]
         say(f"Cycles, {point['samples']} samples: {point['time']['wall']:.2f} s, RMSE {shown:.2g}")
     return {

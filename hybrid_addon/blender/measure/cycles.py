@@ -20,7 +20,7 @@ from ...tracer.core.constants import FILTER_SIGMA
 from ..errors import HybridError
 from ..pipeline import scene_setup
 from ..render import images
-from ..sync.settings import CustomSurface, custom_surface
+from ..sync.settings import custom_surface
 from ..sync.sums import singles
 
 HOW = "Cycles' Whitted subset of the same file: the same lamps and roughness, no diffuse bounces, nothing clamped"
@@ -74,13 +74,15 @@ def limit(b_scene: bpy.types.Scene, box: tuple[int, int, int, int], size: tuple[
 def _say_custom(b_object: bpy.types.Object, surfaces: list[Surface]) -> None:
     """Custom surfaces as materials."""
     for number, b_slot in enumerate(b_object.material_slots):
-        custom = custom_surface(b_object) or custom_surface(b_slot.material)
-        if custom is not None and number < len(surfaces):
+        custom = custom_surface(b_object).over(custom_surface(b_slot.material))
+        if custom.values is not None and number < len(surfaces):
             b_slot.link = "OBJECT"
-            b_slot.material = _custom(b_slot.material, custom, surfaces[number])
+            b_slot.material = _custom(b_slot.material, custom.values, surfaces[number])
 
 
-def _custom(b_material: bpy.types.Material | None, custom: CustomSurface, surface: Surface) -> bpy.types.Material:
+def _custom(
+    b_material: bpy.types.Material | None, values: tuple[float, float, float], surface: Surface
+) -> bpy.types.Material:
     """r glossy + (1 - r) [o diffuse + (1 - o) glass] + emission, with the colours, or picture, of the original."""
     b_own = b_material.copy() if b_material else bpy.data.materials.new("Whitted")
     if not b_own.node_tree:
@@ -102,14 +104,15 @@ def _custom(b_material: bpy.types.Material | None, custom: CustomSurface, surfac
         b_tree.links.new(b_mix.inputs[2], b.outputs[0])
         return b_mix
 
+    reflectivity, opacity, ior = values
     diffuse = node("BsdfDiffuse", {"Color": _rgba(surface.base_color), "Roughness": 0.0})
     if b_source is not None:
         b_tree.links.new(diffuse.inputs["Color"], b_source)
-    glass = node("BsdfGlass", {"Color": _rgba(surface.transmission_tint), "Roughness": 0.0, "IOR": custom.ior})
+    glass = node("BsdfGlass", {"Color": _rgba(surface.transmission_tint), "Roughness": 0.0, "IOR": ior})
     glossy = node("BsdfAnisotropic", {"Color": _rgba(surface.reflection_tint), "Roughness": 0.0})
     emission = node("Emission", {"Color": _rgba(surface.emission), "Strength": 1.0})
     b_sum = b_tree.nodes.new("ShaderNodeAddShader")
-    body = mix(custom.reflectivity, mix(1 - custom.opacity, diffuse, glass), glossy)
+    body = mix(reflectivity, mix(1 - opacity, diffuse, glass), glossy)
     b_tree.links.new(b_sum.inputs[0], body.outputs[0])
     b_tree.links.new(b_sum.inputs[1], emission.outputs[0])
     b_tree.links.new(b_output.inputs["Surface"], b_sum.outputs[0])

@@ -101,8 +101,8 @@ def write(
     ]
     budget.end()
     name, film, quality = _chosen(points, deep)
-    times, errors, clear = [seconds + p.seconds() for p in points], [p.shown for p in points], [p.clear for p in points]
-    front = findings.front(times, errors, clear)
+    times = [seconds + p.seconds() for p in points]
+    front = findings.front(points, times)
     flip = [] if metrics.flip_library() else ["no FLIP: flip-evaluator is not installed"]
     report = {
         "schema": SCHEMA,

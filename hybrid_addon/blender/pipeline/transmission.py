@@ -17,13 +17,14 @@ from ..sync.image import Images
 from ..sync.material import customised, translate_material
 from ..sync.messages import Warnings
 from ..sync.settings import CustomSurface, custom_surface
+from ..sync.sums import singles
 
 Shown = tuple[bpy.types.Object | None, bpy.types.Material | None]  # a material that nodes assign has no object
 
 
 def transmit(objects: Iterable[bpy.types.Object]) -> bool:
     """Whether any of these ray traced objects, or of what they instance, may let light through."""
-    known: dict[tuple[str, CustomSurface | None], bool] = {}
+    known: dict[tuple[str, CustomSurface], bool] = {}
     for b_owner in objects:
         if b_owner.hide_render and not _is_animated(b_owner, "hide_render"):
             continue
@@ -40,15 +41,15 @@ def transmit(objects: Iterable[bpy.types.Object]) -> bool:
     return False
 
 
-def _transmits(b_material: bpy.types.Material | None, custom: CustomSurface | None) -> bool:
+def _transmits(b_material: bpy.types.Material | None, custom: CustomSurface) -> bool:
     if b_material is None:
-        return custom is not None and custom.opacity < 1.0 and custom.reflectivity < 1.0
-    if custom is None and (_is_animated(b_material, "hybrid.") or _has_animated_nodes(b_material.node_tree)):
+        return custom.values is not None and custom.values[0] < 1.0 and custom.values[1] < 1.0
+    if custom.values is None and (_is_animated(b_material, "hybrid.") or _has_animated_nodes(b_material.node_tree)):
         return True
     warn = Warnings()
     surface = translate_material(b_material, _NoImages(warn), warn)
-    surface = customised(surface, custom or custom_surface(b_material))
-    return _is_not(surface.opacity, 1.0) and _is_not(surface.reflectivity, 1.0)
+    surface = customised(surface, custom.over(custom_surface(b_material)))
+    return any(_is_not(closure.opacity, 1.0) and _is_not(closure.reflectivity, 1.0) for closure in singles(surface))
 
 
 def _is_not(value: Any, number: float) -> bool:

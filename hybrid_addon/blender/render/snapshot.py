@@ -19,6 +19,7 @@ import numpy as np
 from ..pipeline import scene_setup
 from ..pipeline.transmission import node_inputs
 from ..sync.attributes import FIELDS
+from ..sync.object_values import rgba_in
 
 OURS = "hybrid"
 SKIPPED = {
@@ -109,7 +110,8 @@ def _of_scene(scene: bpy.types.Scene) -> tuple[object, ...]:
     layers = [(layer.name, layer.get("hybrid_source"), _layers(layer.layer_collection)) for layer in scene.view_layers]
     ray_traced = sorted(b_object.name_full for b_object in scene_setup.ray_traced_objects(scene))
     pointers = [b_id.name_full if b_id else "" for b_id in (scene.camera, scene.world)]
-    return (*values, _values(scene.eevee), *layers, *ray_traced, *pointers)
+    own = [_own_properties(owner) for owner in (scene, *scene.view_layers)]
+    return (*values, _values(scene.eevee), *layers, *ray_traced, *pointers, *own)
 
 
 def _layers(b_layer: bpy.types.LayerCollection) -> list[object]:
@@ -125,6 +127,7 @@ def _has(scene: bpy.types.Scene, path: str) -> bool:
 def digest(b_id: bpy.types.ID) -> bytes:
     """A hash of all that a datablock holds, but for our own values and animation."""
     result = hashlib.blake2b(repr(_values(b_id)).encode(), digest_size=16)
+    result.update(repr(_own_properties(b_id)).encode())
     if isinstance(b_id, bpy.types.Object):
         result.update(np.array(b_id.matrix_world, np.float32).tobytes())
     if isinstance(b_id, bpy.types.Mesh):
@@ -137,6 +140,11 @@ def digest(b_id: bpy.types.ID) -> bytes:
         for b_attribute in b_id.attributes:
             result.update(b_attribute.name.encode() + _attribute(b_attribute))
     return result.digest()
+
+
+def _own_properties(b_id: bpy.types.bpy_struct) -> list[object]:
+    """Custom properties that a shader's Attribute may read."""
+    return [(key, rgba_in(b_id, key)) for key in sorted(b_id.keys()) if key not in b_id.bl_rna.properties]
 
 
 def _array(collection: Any, field: str, kind: Any = np.int32, width: int = 1) -> bytes:

@@ -5,7 +5,8 @@
     objects.py                      which objects appear where, and what they wear
     mesh.py                         evaluated meshes -> arrays
     material.py shaders.py conductor.py volume.py    node trees and Custom settings -> Surface
-    values.py value_nodes.py texture_nodes.py    nodes of numbers and colours -> expressions
+    values.py value_nodes.py texture_nodes.py object_nodes.py    nodes of numbers and colours -> expressions
+    object_values.py                what surfaces read of the object that wears them
     texture.py image.py sky.py      image nodes -> Texture, image files and skies -> pixels
     kept.py motion.py               what one frame leaves for the next; what is likely to change until then
     nodes.py                        walking back through node links
@@ -23,6 +24,7 @@ import bpy
 
 from ...scene import Camera, Scene
 from ..flags import Flags
+from ..view_layers import source_layer
 from .cache import MeshCache
 from .camera import Size, Window, translate_camera
 from .coverage.scene import name_scene
@@ -33,6 +35,7 @@ from .material import Surfaces, warn_of_roughness
 from .messages import UnsupportedError, Warnings
 from .objects import Objects
 from .settings import arriving, direct_strength, material_override, rough_samples
+from .texture import FrameFacts
 from .world import translate_world
 
 __all__ = ["MeshCache", "Translation", "UnsupportedError", "Warnings", "translate"]
@@ -80,8 +83,9 @@ def translate(
     kept.begin()
     images = Images(warn, kept)
     name_scene(b_scene, warn)
-    world = translate_world(b_depsgraph, b_scene, images, warn)
-    surfaces = Surfaces(images, warn, material_override(b_scene, b_depsgraph))
+    frame = _facts(b_scene, camera)
+    world = translate_world(b_depsgraph, b_scene, images, warn, frame)
+    surfaces = Surfaces(images, warn, material_override(b_scene, b_depsgraph), frame)
     objects = Objects(surfaces, LightContext(light_falloff, b_scene.eevee.light_threshold), Flags(b_scene), warn, kept)
     objects.add_all(b_depsgraph)
     kept.end()
@@ -97,6 +101,13 @@ def translate(
         arriving=arriving(b_scene),
     )
     return Translation(scene, tuple(warn), _counts(scene), tuple(objects.owners))
+
+
+def _facts(b_scene: bpy.types.Scene, camera: Camera) -> FrameFacts:
+    """What nodes may ask of the frame."""
+    space = bpy.data.colorspace.working_space if hasattr(bpy.data, "colorspace") else "Linear Rec.709"
+    b_owners = (source_layer(b_scene), b_scene, b_scene.world)
+    return FrameFacts(camera.matrix_world, tuple(filter(None, b_owners)), space)
 
 
 def _counts(scene: Scene) -> dict[str, int]:

@@ -94,7 +94,16 @@ def _on_corners(b_mesh: bpy.types.Mesh, rows: Float32, domain: str) -> Float32:
         sizes = np.zeros(len(b_mesh.polygons), np.int32)
         b_mesh.polygons.foreach_get("loop_total", sizes)
         return np.repeat(rows, sizes, axis=0)
+    if domain == "EDGE":
+        return _of_edges(b_mesh, rows)
     return rows if domain == "CORNER" else np.zeros((len(b_mesh.loops), rows.shape[1]), np.float32)
+
+
+def _of_edges(b_mesh: bpy.types.Mesh, rows: Float32) -> Float32:
+    """(nc, width): a corner has what the edge has that leaves it around the face, as EEVEE's buffers do."""
+    edge = np.zeros(len(b_mesh.loops), np.int32)
+    b_mesh.loops.foreach_get("edge_index", edge)
+    return rows[edge]
 
 
 def _of_vertices(b_mesh: bpy.types.Mesh, attribute: str, field: str, width: int) -> Float32:

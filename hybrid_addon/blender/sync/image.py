@@ -20,6 +20,7 @@ import numpy as np
 
 from ...scene import Float32
 from .cache import MeshCache
+from .coverage.status import FIRST
 from .messages import Warnings
 
 MISSING_COLOR = (1.0, 0.0, 1.0, 1.0)  # the pink that Blender shows for a missing image
@@ -71,7 +72,7 @@ class Images:
             pixels = self._of_blender(b_image)
         if pixels is not None:
             return pixels
-        self._warn.add(f"image {b_image.name!r}: cannot read {path or 'it'}; it is drawn pink")
+        self._warn.add(f"image {b_image.name!r}: cannot read {repr(path) if path else 'it'}; it is drawn pink", FIRST)
         return np.full((1, 1, 4), MISSING_COLOR, np.float32)
 
     def _of_file(self, b_image: bpy.types.Image, path: str) -> Float32 | None:

@@ -20,10 +20,10 @@ from .coverage import name_settings, name_sockets
 from .image import Images
 from .messages import Warnings
 from .nodes import Node, active_output, uses_nodes
-from .settings import CustomSurface, custom_surface
+from .settings import NOTHING_OF_ITS_OWN, CustomSurface, custom_surface
 from .shaders import surface_from
 from .sums import each, singles
-from .texture import NodeReader
+from .texture import NO_FRAME, FrameFacts, NodeReader
 from .volume import absorption_from
 
 MIRROR_ROUGHNESS = 0.25  # above it a sharp mirror image looks wrong enough to be worth a warning
@@ -37,40 +37,53 @@ class Surfaces:
     b_override : the view layer's Material Override, which all objects wear instead, or None.
     """
 
-    def __init__(self, images: Images, warn: Warnings, b_override: bpy.types.Material | None = None) -> None:
+    def __init__(
+        self,
+        images: Images,
+        warn: Warnings,
+        b_override: bpy.types.Material | None = None,
+        frame: FrameFacts = NO_FRAME,
+    ) -> None:
         self._images = images
+        self._frame = frame
         self._b_override = b_override
         self._warn = warn
         self._materials: dict[str, Surface] = {}
-        self._index: dict[tuple[str, CustomSurface | None], int] = {}
+        self._index: dict[tuple[str, CustomSurface], int] = {}
         self.surfaces: list[Surface] = []
 
-    def index_of(self, b_material: bpy.types.Material | None, custom: CustomSurface | None) -> int:
+    def index_of(self, b_material: bpy.types.Material | None, custom: CustomSurface) -> int:
         """Position in `surfaces`."""
         if self._b_override is not None:
-            b_material, custom = self._b_override, None
+            b_material, custom = self._b_override, NOTHING_OF_ITS_OWN
         key = (b_material.name_full if b_material else "", custom)
         if key not in self._index:
             self._index[key] = len(self.surfaces)
-            self.surfaces.append(customised(self._of_material(b_material), custom or custom_surface(b_material)))
+            self.surfaces.append(customised(self._of_material(b_material), custom.over(custom_surface(b_material))))
         return self._index[key]
 
     def _of_material(self, b_material: bpy.types.Material | None) -> Surface:
         if b_material is None:
             return Surface(specular=DEFAULT_SPECULAR, roughness=DEFAULT_ROUGHNESS)
         if b_material.name_full not in self._materials:
-            self._materials[b_material.name_full] = translate_material(b_material, self._images, self._warn)
+            self._materials[b_material.name_full] = translate_material(
+                b_material, self._images, self._warn, self._frame
+            )
         return self._materials[b_material.name_full]
 
 
-def customised(surface: Surface, custom: CustomSurface | None) -> Surface:
-    """`surface` with the object's own three numbers, where it has them."""
-    if custom is None:
+def customised(surface: Surface, custom: CustomSurface) -> Surface:
+    """`surface` with the object's own numbers, where it has them."""
+    if custom == NOTHING_OF_ITS_OWN:
         return surface
 
     def change(closure: Surface) -> Surface:
+        closure = replace(closure, dispersion=custom.dispersion)
+        if custom.values is None:
+            return closure
+        reflectivity, opacity, ior = custom.values
         plain = replace(closure, layered=False, thin=False, interface_tint=WHITE)
-        return replace(plain, reflectivity=custom.reflectivity, opacity=custom.opacity, ior=custom.ior)
+        return replace(plain, reflectivity=reflectivity, opacity=opacity, ior=ior)
 
     return each(surface, change)
 
@@ -83,25 +96,29 @@ def warn_of_roughness(surfaces: Sequence[Surface], warn: Warnings) -> None:
         refracts = surface.layered and surface.opacity != 1.0 and surface.ior != 1.0
         if (mirrors or refracts) and not isinstance(roughness, Expression) and roughness > MIRROR_ROUGHNESS:
             warn.add(
-                f"material {name!r}: it shows the world blurred, but no objects: its roughness of "
-                f"{roughness:.2g} is not traced (set Rough Samples to 1 or more)"
+                f"it shows the world blurred, but no objects: its roughness of {roughness:.2g} is not traced (set "
+                "Rough Samples to 1 or more)",
+                owner=f"material {name!r}",
             )
 
 
-def translate_material(b_material: bpy.types.Material, images: Images, warn: Warnings) -> Surface:
+def translate_material(
+    b_material: bpy.types.Material, images: Images, warn: Warnings, frame: FrameFacts = NO_FRAME
+) -> Surface:
     """The surface that a material describes, with its Backface Culling: that of the camera and that of shadows."""
     name_settings(b_material, f"material {b_material.name!r}", warn)
-    surface = replace(_described(b_material, images, warn), name=b_material.name)
+    surface = replace(_described(b_material, images, warn, frame), name=b_material.name)
     return replace(
         surface, culled=b_material.use_backface_culling, shadow_culled=b_material.use_backface_culling_shadow
     )
 
 
-def _described(b_material: bpy.types.Material, images: Images, warn: Warnings) -> Surface:
+def _described(b_material: bpy.types.Material, images: Images, warn: Warnings, frame: FrameFacts) -> Surface:
     """What its node tree describes, or its viewport values where it has no nodes."""
     if not uses_nodes(b_material):
         return _without_nodes(b_material)
-    reader = NodeReader(f"material {b_material.name!r}", images, warn)
+    reader = NodeReader(f"material {b_material.name!r}", images, warn, frame=frame)
+    reader.material_index = b_material.pass_index
     output = active_output(b_material.node_tree)
     if output is None:
         reader.warn("it has no active output; it is black")

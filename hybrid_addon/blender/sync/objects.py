@@ -16,7 +16,7 @@ from functools import partial
 import bpy
 import numpy as np
 
-from ...expressions import reads
+from ...expressions import reads, reads_of_instance
 from ...scene import Float64, Instance, Light, TriangleMesh, Visibility
 from ..flags import Flags
 from .cache import MeshCache
@@ -27,6 +27,7 @@ from .linking import Links, linked, links_of
 from .material import Surfaces
 from .mesh import translate_mesh
 from .messages import Warnings
+from .object_values import ObjectValues
 from .settings import ObjectSettings, instance_settings
 
 MeshKey = tuple[int, frozenset[str]]
@@ -40,6 +41,7 @@ class Objects:
     ) -> None:
         self._surfaces = surfaces
         self._kept = kept
+        self._values = ObjectValues(warn)
         self._moves: dict[str, bool] = {}  # by the object's full name
         self._light_context = light_context
         self._flags = flags
@@ -100,6 +102,7 @@ class Objects:
                 ray_traced=settings.ray_traced,
                 visibility=_visibility(b_object),
                 moves=self._is_likely_to_move(b_instance, mesh),
+                values=self._values.of(b_instance, self._read_of_instance(surfaces)),
             )
         )
 
@@ -130,6 +133,9 @@ class Objects:
 
     def _keys(self, surfaces: tuple[int, ...]) -> frozenset[str]:
         return frozenset(key for index in surfaces for key in reads(self._surfaces.surfaces[index]))
+
+    def _read_of_instance(self, surfaces: tuple[int, ...]) -> frozenset[str]:
+        return frozenset(key for index in surfaces for key in reads_of_instance(self._surfaces.surfaces[index]))
 
     def _translated(self, b_object: bpy.types.Object, keys: frozenset[str]) -> TriangleMesh | None:
         """Translated, and the last frame's if that is the same."""

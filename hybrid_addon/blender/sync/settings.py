@@ -15,11 +15,21 @@ from ..view_layers import source_layer
 
 @dataclass(frozen=True)
 class CustomSurface:
-    """The three numbers that replace the materials' (`surface` = CUSTOM)."""
+    """What an object, or a material, has of its own.
 
-    reflectivity: float
-    opacity: float
-    ior: float
+    values     : reflectivity, opacity and IOR that replace the nodes' (`surface` = CUSTOM); None: the nodes' count.
+    dispersion : 20 / Abbe number, beside whichever IOR counts.
+    """
+
+    values: tuple[float, float, float] | None
+    dispersion: float = 0.0
+
+    def over(self, other: CustomSurface) -> CustomSurface:
+        """These, and the other's where there are none."""
+        return CustomSurface(self.values or other.values, self.dispersion or other.dispersion)
+
+
+NOTHING_OF_ITS_OWN = CustomSurface(None)
 
 
 @dataclass(frozen=True)
@@ -27,7 +37,7 @@ class ObjectSettings:
     """Whether the object is ray traced, and its own surface, if it has one."""
 
     ray_traced: bool = False
-    custom: CustomSurface | None = None
+    custom: CustomSurface = NOTHING_OF_ITS_OWN
 
 
 def instance_settings(b_instance: bpy.types.DepsgraphObjectInstance, flags: Flags) -> ObjectSettings:
@@ -48,12 +58,14 @@ def object_settings(b_object: bpy.types.Object, flags: Flags) -> ObjectSettings:
     return ObjectSettings(ray_traced=flags.is_ray_traced(b_object), custom=custom_surface(b_object))
 
 
-def custom_surface(b_id: bpy.types.Object | bpy.types.Material | None) -> CustomSurface | None:
-    """The numbers of an evaluated object or material that stand in for those of its nodes, if it has any."""
+def custom_surface(b_id: bpy.types.Object | bpy.types.Material | None) -> CustomSurface:
+    """The numbers of an evaluated object or material that stand in for those of its nodes, or beside them."""
     b_hybrid = getattr(b_id, "hybrid", None)
-    if b_hybrid is None or b_hybrid.surface != "CUSTOM":
-        return None
-    return CustomSurface(b_hybrid.reflectivity, b_hybrid.opacity, b_hybrid.ior)
+    if b_hybrid is None:
+        return NOTHING_OF_ITS_OWN
+    is_custom = b_hybrid.surface == "CUSTOM"
+    values = (b_hybrid.reflectivity, b_hybrid.opacity, b_hybrid.ior) if is_custom else None
+    return CustomSurface(values, b_hybrid.dispersion)
 
 
 def rough_samples(b_scene: bpy.types.Scene) -> int:

@@ -18,6 +18,7 @@ import numpy as np
 
 from ... import expressions as ex
 from ...scene import BLACK, WHITE, Expression, Surface
+from . import object_nodes as _objects  # noqa: F401
 from . import texture_nodes as _textures  # noqa: F401  (these two add their nodes to the table of `values`)
 from . import value_nodes as _registered  # noqa: F401
 from .conductor import conductor_tints
@@ -57,8 +58,7 @@ def _normal(node: Node, reader: NodeReader) -> Expression | None:
     """What is linked to the shader's Normal, if it can be followed."""
     if not node.has_input("Normal") or node.input("Normal").node() is None:
         return None
-    value = vector(reader, node, "Normal")
-    return value if isinstance(value, Expression) else None
+    return ex.held(vector(reader, node, "Normal"))
 
 
 # ------------------------------------------------------------------------------------------------ single shaders

@@ -4,16 +4,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import bpy
 import numpy as np
 from mathutils import Euler, Matrix, Vector
 
-from ...scene import RGB, Float32, Texture
+from ...scene import RGB, Float32, Float64, Texture
 from .image import MISSING_COLOR, Images
 from .messages import Warnings
 from .nodes import Node
+
+
+@dataclass(frozen=True, eq=False)
+class FrameFacts:
+    """What nodes may ask of more than their own datablock.
+
+    camera        : (4, 4) float64, its matrix in the world, without scale.
+    b_owners      : whose properties are the View Layer's attributes: its own, then the scene's, then the world's.
+    working_space : of the file, as Blender names it.
+    """
+
+    camera: Float64 = field(default_factory=lambda: np.eye(4))
+    b_owners: tuple[bpy.types.bpy_struct, ...] = ()
+    working_space: str = "Linear Rec.709"
+
+
+NO_FRAME = FrameFacts()
 
 
 class NodeReader:
@@ -24,9 +42,12 @@ class NodeReader:
     camera      : of a world, whether camera rays see it, or those that light and are mirrored; None: a surface.
     unseen      : of a world, the colour where a sky cannot be drawn.
     light_path  : a world's Light Path node was asked, so that the two may differ.
+    frame       : what the nodes may ask of the camera and of the view layer.   material_index : the artist's own.
     """
 
-    def __init__(self, owner: str, images: Images, warn: Warnings, camera: bool | None = None) -> None:
+    def __init__(
+        self, owner: str, images: Images, warn: Warnings, camera: bool | None = None, frame: FrameFacts = NO_FRAME
+    ) -> None:
         self.owner = owner
         self.images = images
         self._warn = warn
@@ -35,10 +56,12 @@ class NodeReader:
         self.approximate = self.light_path = False
         self.camera = camera
         self.unseen: RGB | None = None
+        self.frame = frame
+        self.material_index = 0
 
     def warn(self, text: str, rank: int = 1) -> None:
         """Warn, in the owner's name. rank: see `Warnings`."""
-        self._warn.add(f"{self.owner}: {text}", rank)
+        self._warn.add(text, rank, self.owner)
 
     def give_up(self, text: str) -> None:
         """Warn of something that cannot be followed."""

@@ -2,7 +2,7 @@
 """Nodes that give numbers, colours and vectors -> values: constants where they are, else expressions.
 
 `value_of` follows whatever is linked to a socket. A node that is not in the table NODES (here the inputs; the rest in
-`value_nodes` and `texture_nodes`) is named in a warning, and the socket's own value is used.
+`value_nodes`, `object_nodes` and `texture_nodes`) is named in a warning, and the socket's own value is used.
 """
 
 from __future__ import annotations
@@ -23,9 +23,16 @@ Translator = Callable[[Node, str, NodeReader], Value | None]
 MAX_NESTED = 96
 """Nodes behind one another; deeper trees than that are not followed."""
 
-NORMAL = Expression("attribute", (), "normal")
-INCOMING = Expression("attribute", (), "incoming")
-COSINE = Expression("attribute", (), "cosine")
+
+def attribute(key: str) -> Expression:
+    """What a hit, its ray, its instance or its mesh's corners know (expressions.Hits)."""
+    return Expression("attribute", (), key)
+
+
+NORMAL = attribute("normal")
+INCOMING = attribute("incoming")
+COSINE = attribute("cosine")
+BACKFACING = attribute("backfacing")
 
 
 def number(reader: NodeReader, node: Node, name: str | int) -> Any:
@@ -171,24 +178,6 @@ def _uv_map(node: Node, output: str, reader: NodeReader) -> Value:
     return Expression("attribute", (), "uv:" + node.b_node.uv_map)
 
 
-def _attribute(node: Node, output: str, reader: NodeReader) -> Value | None:
-    b_node = node.b_node
-    if getattr(b_node, "attribute_type", "GEOMETRY") != "GEOMETRY":
-        return None
-    name = b_node.layer_name if node.kind == "ShaderNodeVertexColor" else b_node.attribute_name
-    four = Expression("attribute", (), "color:" + name)
-    if output == "Alpha":
-        return ex.apply("channel", four, data=3)
-    three = ex.apply("first_three", four)
-    return ex.apply("average", three) if output in ("Fac", "Factor") else three
-
-
-def _geometry(node: Node, output: str, reader: NodeReader) -> Value | None:
-    keys = {"Position": "position", "Normal": "normal", "True Normal": "true_normal", "Incoming": "incoming"}
-    keys["Backfacing"] = "backfacing"
-    return Expression("attribute", (), keys[output]) if output in keys else None
-
-
 def default_coordinates(reader: NodeReader, node: Node) -> Any:
     """The Vector of a procedural texture: Generated where nothing is linked."""
     if node.input("Vector").node() is None:
@@ -223,21 +212,20 @@ def _vector_rotate(node: Node, output: str, reader: NodeReader) -> Value:
 # ------------------------------------------------------------------------------------------------ normals, view
 
 
-def _normal_map(node: Node, output: str, reader: NodeReader) -> Value | None:
+def _normal_map(node: Node, output: str, reader: NodeReader) -> Value:
     b_node = node.b_node
     mapped, strength = color(reader, node, "Color"), number(reader, node, "Strength")
     if getattr(b_node, "convention", "OPENGL") == "DIRECTX":  # green counts downwards
         mapped = ex.apply("multiply_add", mapped, (1.0, -1.0, 1.0), (0.0, 1.0, 0.0))
     if b_node.space == "TANGENT":
-        tangent, normal = (
-            Expression("attribute", (), key) for key in ("tangent:" + b_node.uv_map, "interpolated_normal")
-        )
+        tangent, normal = attribute("tangent:" + b_node.uv_map), attribute("interpolated_normal")
         return ex.apply("normal_map", mapped, strength, tangent, normal)
-    if b_node.space in ("WORLD", "BLENDER_WORLD"):
-        flip = (1.0, -1.0, -1.0) if b_node.space == "BLENDER_WORLD" else (1.0, 1.0, 1.0)
-        turned = ex.times(ex.apply("subtract", ex.times(2.0, mapped), 1.0), flip)
-        return ex.apply("normalize", ex.apply("mix", strength, NORMAL, turned))
-    return None
+    # After gpu_shader_material_normal_map.glsl. Of Blender's own spaces y and z are turned over before 1 is taken off.
+    flip = (2.0, -2.0, -2.0) if b_node.space.startswith("BLENDER") else (2.0, 2.0, 2.0)
+    turned = ex.apply("subtract", ex.times(flip, mapped), 1.0)
+    if b_node.space in ("OBJECT", "BLENDER_OBJECT"):
+        turned = ex.apply("transformed", turned, attribute(ex.INSTANCE + "WORLD_TO_OBJECT"), data="NORMAL")
+    return ex.apply("normalize", ex.apply("mix", ex.apply("maximum", strength, 0.0), NORMAL, turned))
 
 
 def _bump(node: Node, output: str, reader: NodeReader) -> Value:
@@ -252,31 +240,29 @@ def _bump(node: Node, output: str, reader: NodeReader) -> Value:
     return ex.apply("bump", slope, number(reader, node, "Strength"), distance, below)
 
 
+def _cosine(node: Node, reader: NodeReader) -> Value:
+    """Of the angle between the eye and the surface's normal, or what is linked to the node's own."""
+    if node.input("Normal").node() is None:
+        return COSINE
+    return ex.apply("cosine_between", vector(reader, node, "Normal"), INCOMING)
+
+
 def _fresnel(node: Node, output: str, reader: NodeReader) -> Value:
-    return ex.apply("fresnel", COSINE, ex.apply("maximum", number(reader, node, "IOR"), 1e-5))
+    ior = ex.apply("maximum", number(reader, node, "IOR"), 1e-5)
+    return ex.apply("fresnel", _cosine(node, reader), _from_either_side(ior))
+
+
+def _from_either_side(ior: Value) -> Value:
+    """Seen from within it is turned over, as in EEVEE (gpu_shader_material_fresnel.glsl)."""
+    return ex.apply("mix", BACKFACING, ior, ex.apply("divide", 1.0, ior))
 
 
 def _layer_weight(node: Node, output: str, reader: NodeReader) -> Value:
     blend = ex.clamped(number(reader, node, "Blend"))
     if output == "Fresnel":
         ior = ex.apply("divide", 1.0, ex.apply("maximum", ex.rest(blend), 1e-5))
-        return ex.apply("fresnel", COSINE, ior)
-    return ex.apply("facing", COSINE, blend)
-
-
-LIGHT_RAYS = ("Is Glossy Ray", "Is Singular Ray", "Is Reflection Ray", "Is Transmission Ray")
-"""What EEVEE's rays to the world are when it is to light, all at once."""
-
-
-def _light_path(node: Node, output: str, reader: NodeReader) -> Value | None:
-    if reader.camera is not None:
-        reader.light_path = True
-        return float(output == "Is Camera Ray" if reader.camera else output in LIGHT_RAYS)
-    if not output.startswith("Is "):
-        return None
-    value = float(output == "Is Camera Ray")
-    reader.warn(f"{output!r} of node {node.name!r} is always {value:.0f}, as for the camera")
-    return value
+        return ex.apply("fresnel", _cosine(node, reader), _from_either_side(ior))
+    return ex.apply("facing", _cosine(node, reader), blend)
 
 
 NODES: dict[str, Translator] = {
@@ -284,14 +270,10 @@ NODES: dict[str, Translator] = {
     "ShaderNodeTexEnvironment": _environment,
     "ShaderNodeTexCoord": _texture_coordinate,
     "ShaderNodeUVMap": _uv_map,
-    "ShaderNodeAttribute": _attribute,
-    "ShaderNodeVertexColor": _attribute,
-    "ShaderNodeNewGeometry": _geometry,
     "ShaderNodeMapping": _mapping,
     "ShaderNodeVectorRotate": _vector_rotate,
     "ShaderNodeNormalMap": _normal_map,
     "ShaderNodeBump": _bump,
     "ShaderNodeFresnel": _fresnel,
     "ShaderNodeLayerWeight": _layer_weight,
-    "ShaderNodeLightPath": _light_path,
 }

@@ -13,6 +13,7 @@ import numpy as np
 from ... import expressions as ex
 from ...scene import BLACK, RGB, Expression, World, WorldSun
 from ..view_layers import source_layer
+from . import object_nodes as _objects  # noqa: F401
 from . import texture_nodes as _textures  # noqa: F401  (these two add their nodes to the table of `values`)
 from . import value_nodes as _registered  # noqa: F401
 from .coverage import name_settings, name_sockets
@@ -20,7 +21,7 @@ from .image import Images
 from .messages import Warnings
 from .nodes import Node, Socket, active_output, uses_nodes
 from .settings import direct_strength
-from .texture import NodeReader
+from .texture import NO_FRAME, FrameFacts, NodeReader
 from .values import color, emitted, number
 
 MAX_DEPTH = 32  # of Mix and Add Shaders below one another
@@ -28,7 +29,11 @@ DIRECTION = ("generated", "position", "object")  # attributes that are a world's
 
 
 def translate_world(
-    b_depsgraph: bpy.types.Depsgraph, b_scene: bpy.types.Scene, images: Images, warn: Warnings
+    b_depsgraph: bpy.types.Depsgraph,
+    b_scene: bpy.types.Scene,
+    images: Images,
+    warn: Warnings,
+    frame: FrameFacts = NO_FRAME,
 ) -> World:
     """The world of the scene, or of its view layer, with its animated values; black without one."""
     b_layer = source_layer(b_scene)
@@ -38,7 +43,7 @@ def translate_world(
         return World()
     b_world = b_world.evaluated_get(b_depsgraph)
     name_settings(b_world, f"world {b_world.name!r}", warn)
-    world = _seen(b_world, images, warn)
+    world = _seen(b_world, images, warn, frame)
     sun = WorldSun(
         b_world.sun_threshold,
         b_world.sun_angle,
@@ -54,7 +59,7 @@ def translate_world(
     )
 
 
-def _seen(b_world: bpy.types.World, images: Images, warn: Warnings) -> World:
+def _seen(b_world: bpy.types.World, images: Images, warn: Warnings, frame: FrameFacts) -> World:
     """What lights; with a backdrop if the nodes tell camera rays from others."""
     if not uses_nodes(b_world):
         return World(radiance=_rgb(b_world.color))
@@ -65,7 +70,7 @@ def _seen(b_world: bpy.types.World, images: Images, warn: Warnings) -> World:
     name_sockets(output, NodeReader(name, images, warn))
     seen = {}
     for camera in (False, True):
-        reader = NodeReader(name, images, warn, camera)
+        reader = NodeReader(name, images, warn, camera, frame)
         reader.unseen = _rgb(b_world.color)
         seen[camera] = _world(_radiance(output.input("Surface"), reader))
         if not reader.light_path:

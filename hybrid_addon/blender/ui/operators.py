@@ -14,12 +14,13 @@ from ..api import GEOMETRY, mark
 from ..errors import HybridError
 from ..render import retrace
 
-# name: (reflectivity, opacity, ior, tooltip). IOR of glass and water at 589 nm, 20 C; diamond 2.417.
+# name: (reflectivity, opacity, ior, dispersion, tooltip). IOR of glass and water at 589 nm, 20 C; of diamond 2.417,
+# Abbe number 55.
 PRESETS = {
-    "MIRROR": ("Mirror", 1.0, 1.0, 1.5, "Reflects everything"),
-    "GLASS": ("Glass", 0.0, 0.0, 1.5, "Clear glass: IOR 1.5"),
-    "WATER": ("Water", 0.0, 0.0, 1.333, "Clear water: IOR 1.333"),
-    "DIAMOND": ("Diamond", 0.0, 0.0, 2.417, "Diamond: IOR 2.417"),
+    "MIRROR": ("Mirror", 1.0, 1.0, 1.5, 0.0, "Reflects everything"),
+    "GLASS": ("Glass", 0.0, 0.0, 1.5, 0.0, "Clear glass: IOR 1.5"),
+    "WATER": ("Water", 0.0, 0.0, 1.333, 0.0, "Clear water: IOR 1.333"),
+    "DIAMOND": ("Diamond", 0.0, 0.0, 2.417, 0.362, "Diamond: IOR 2.417, and its fire (Abbe number 55)"),
 }
 
 
@@ -42,11 +43,11 @@ class HYBRID_OT_surface_preset(bpy.types.Operator):
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        _, reflectivity, opacity, ior, _ = PRESETS[self.preset]
+        _, reflectivity, opacity, ior, dispersion, _ = PRESETS[self.preset]
         chosen = {context.object, *context.selected_objects}
         for b_object in chosen:
             if b_object.type in GEOMETRY and b_object.library is None:
-                mark(b_object, reflectivity=reflectivity, opacity=opacity, ior=ior)
+                mark(b_object, reflectivity=reflectivity, opacity=opacity, ior=ior, dispersion=dispersion)
         return {"FINISHED"}
 
 
@@ -115,7 +116,14 @@ class HYBRID_OT_copy_to_selected(bpy.types.Operator):
         source = context.object.hybrid
         for b_object in _surfaces(context.selected_objects):
             if b_object != context.object:
-                for name in ("reflectivity", "opacity", "ior", "surface", "ray_traced"):  # a value sets Custom: first
+                for name in (
+                    "reflectivity",
+                    "opacity",
+                    "ior",
+                    "dispersion",
+                    "surface",
+                    "ray_traced",
+                ):  # a value sets Custom: first
                     setattr(b_object.hybrid, name, getattr(source, name))
         return {"FINISHED"}
 

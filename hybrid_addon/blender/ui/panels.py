@@ -103,6 +103,7 @@ def _draw_surface(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup)
     column.active = settings.surface == "CUSTOM"
     for name in ("reflectivity", "opacity", "ior"):
         column.prop(settings, name)
+    layout.prop(settings, "dispersion")
 
 
 class HYBRID_MT_object(bpy.types.Menu):

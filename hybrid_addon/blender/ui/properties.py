@@ -108,7 +108,7 @@ def _made(setting: Setting) -> Any:
 
 
 class SurfaceValues:
-    """The three numbers that an object or a material may have of its own. Blender finds them in base classes, too."""
+    """The numbers that an object or a material may have of its own. Blender finds them in base classes, too."""
 
     __annotations__ = made(SURFACE)
 

@@ -48,6 +48,12 @@ GERMAN = {
     "Index of refraction: water 1.33, glass 1.5, diamond 2.42. Type a value below 1 for a bubble": (
         "Brechungsindex: Wasser 1,33, Glas 1,5, Diamant 2,42. Für eine Blase einen Wert unter 1 eintippen"
     ),
+    "Dispersion": "Dispersion",
+    "How much glass splits white light into colors: 20 / Abbe number, as in glTF. Crown glass 0.34, flint glass 0.55, "
+    "diamond 0.36; 0 splits none": (
+        "Wie stark Glas weißes Licht in Farben zerlegt: 20 / Abbe-Zahl, wie in glTF. Kronglas 0,34, Flintglas 0,55, "
+        "Diamant 0,36; 0 zerlegt keines"
+    ),
     "Ray traced by its collection": "Raytracing durch die Sammlung",
     "Hybrid is off in this scene": "Hybrid ist in dieser Szene aus",
     "Enable": "Einschalten",
@@ -65,7 +71,7 @@ GERMAN = {
     "Water": "Wasser",
     "Clear water: IOR 1.333": "Klares Wasser: IOR 1,333",
     "Diamond": "Diamant",
-    "Diamond: IOR 2.417": "Diamant: IOR 2,417",
+    "Diamond: IOR 2.417, and its fire (Abbe number 55)": "Diamant: IOR 2,417, und sein Feuer (Abbe-Zahl 55)",
     "Quality Preset": "Qualitätsvorgabe",
     "Quality Presets": "Qualitätsvorgaben",
     "Set everything that makes the picture better or faster together": (

@@ -4,15 +4,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from statistics import median
 from typing import Any
 
 from ...presets import QUALITY
 from ...tracer.core.constants import SAMPLING_SLOPE
-from . import fits
-from .metrics import SHOWN
-from .reference import CLEAR, ENOUGH, Reference
+from . import fits, metrics
+from .metrics import CLEAR, LEAST, SHOWN
+from .reference import ENOUGH, Reference
 from .renders import CUTOFFS, Axes
 from .sweep import Point, describe
 
@@ -33,7 +33,7 @@ def slopes(points: Sequence[Point], deep: Reference, single: dict[str, Any], axe
     alone = [p for p in points if p.quality == axes.deep(p.quality.samples)]
     found = {}
     for region in deep.floor:
-        clear = [p for p in alone if deep.tells(p.error[region][SHOWN], region)]
+        clear = [p for p in alone if metrics.tells(p.error[region])]
         samples, errors = [p.quality.samples for p in clear], [p.error[region][SHOWN] for p in clear]
         why = "no pixel is there" if not deep.regions[region].any() else (
             f"{len(clear)} of {len(alone)} points stand clear of the reference's noise, two are needed"
@@ -55,10 +55,30 @@ def _fitted(slope: fits.Slope | None, expected: float | None, why: str) -> fits.
     return slope or fits.Slope(None, None, expected, why)
 
 
-def front(time: Sequence[float], error: Sequence[float], clear: Sequence[bool]) -> list[int]:
+def front(points: Sequence[Point], time: Sequence[float]) -> list[int]:
     """The points that stand clear of the noise and that no point clearly beats (`fits.beaten_by`), by time."""
-    found = [i for i in range(len(time)) if clear[i] and fits.beaten_by(i, time, error) is None]
+    errors, against = [p.shown for p in points], _against(points, SHOWN)
+    found = [i for i, p in enumerate(points) if p.clear and fits.beaten_by(i, time, errors, against) is None]
     return sorted(found, key=lambda i: time[i])
+
+
+def _against(points: Sequence[Point], metric: str) -> Callable[[int, int], tuple[float, float] | None]:
+    """For `fits.beaten_by`: by the runs that both points have had, which had the same samples. None without blocks.
+
+    Errors of one point at different samples can differ more than those of two points: a few highlights decide.
+    """
+    power = 0.5 if metric == SHOWN else 1.0  # SHOWN is the root of what was summed
+
+    def against(j: int, i: int) -> tuple[float, float] | None:
+        theirs, ours = (points[k].blocks.get(metric, []) for k in (j, i))
+        laps = min(len(theirs), len(ours))
+        if not laps:
+            return None
+        a, b = sum(theirs[1:laps], theirs[0]), sum(ours[1:laps], ours[0])
+        ratio = max(float(a.sum()), 0.0) / float(b.sum()) if b.sum() > 0 else math.inf
+        return ratio**power, power * metrics.doubt(a, b)
+
+    return against
 
 
 def no_front(found: Sequence[int], points: Sequence[Point], deep: Reference) -> str:
@@ -67,7 +87,7 @@ def no_front(found: Sequence[int], points: Sequence[Point], deep: Reference) -> 
         return ""
     if any(p.clear for p in points):
         return "each point whose error can be told is beaten by one whose error is within the reference's noise"
-    return f"no error is larger than {CLEAR:g} x the noise of the reference, {deep.noise():.2g}"
+    return f"no error can be told from none: the noise of the reference is {deep.noise():.2g}"
 
 
 def presets(points: Sequence[Point], time: Sequence[float], deep: Reference) -> list[dict[str, Any]]:
@@ -79,36 +99,43 @@ def presets(points: Sequence[Point], time: Sequence[float], deep: Reference) -> 
         by = {metric: {"beaten_by": None, "verdict": "not measured: there was no time"} for metric in METRICS}
         if i is not None:
             for metric in METRICS:
-                errors, floor = [p.error["all"][metric] for p in points], deep.floor["all"][metric]
-                by[metric] = _verdict(i, time, errors, CLEAR * (floor or 0.0))
+                errors = [p.error["all"][metric] for p in points]
+                least = points[i].error["all"][LEAST] if metric == SHOWN else CLEAR * (deep.floor["all"][metric] or 0.0)
+                by[metric] = _verdict(i, time, errors, least or 0.0, _against(points, metric))
         found.append({"preset": label, "point": i, "by": by})
     return found
 
 
-def _verdict(i: int, time: Sequence[float], error: Sequence[float | None], noise: float) -> dict[str, Any]:
+def _verdict(
+    i: int,
+    time: Sequence[float],
+    error: Sequence[float | None],
+    noise: float,
+    against: Callable[[int, int], tuple[float, float] | None],
+) -> dict[str, Any]:
     """Whether point i is on the front, if its error stands clear of the noise."""
     own, known = error[i], [math.inf if e is None else e for e in error]
     if own is None:
         return {"beaten_by": None, "verdict": "not told: there is no such error"}
     if own <= noise:
         return {"beaten_by": None, "verdict": "not told: its error is within the reference's noise"}
-    by = fits.beaten_by(i, time, known)
+    by = fits.beaten_by(i, time, known, against)
     if by is None:
         return {"beaten_by": None, "verdict": "on the front"}
-    verdict = f"behind the front: another takes {time[by] / time[i]:.2f} of its time and has {known[by] / own:.2f} of "
+    times = (against(by, i) or (known[by] / own, 0.0))[0]
+    verdict = f"behind the front: another takes {time[by] / time[i]:.2f} of its time and has {times:.2f} of "
     return {"beaten_by": by, "verdict": verdict + "its error"}
 
 
 def equal_errors(theirs: Mapping[str, Any], points: Sequence[Point], base: float) -> list[dict[str, Any]]:
     """For each of Cycles' errors our time to the same; where it cannot be told, why. base: seconds before we trace."""
-    floor = theirs["reference"]["floor"]["all"][SHOWN] or 0.0 if "reference" in theirs else 0.0
     clear = [p for p in points if p.clear]
     times, errors = [base + p.seconds() for p in clear], [p.shown for p in clear]
     found = []
     for point in theirs.get("points", []):
         error, wall, ours, why = point["error"]["all"][SHOWN], point["time"]["wall"], None, ""
-        if error is None or error <= CLEAR * floor:
-            why = f"its error is within {CLEAR:g} x its own reference's noise"
+        if not metrics.tells(point["error"]["all"]):
+            why = "its error is within its own reference's noise"
         else:
             ours = fits.time_to(error, times, errors)
             why = "" if ours else "none of our points that stand clear of our reference's noise is as exact"

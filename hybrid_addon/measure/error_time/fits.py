@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,9 @@ T_95 = (12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
 FASTER, MORE_EXACT, AS_EXACT = 0.9, 0.95, 1.01
 """A point beats another with at most so many times its seconds and an error that is at most 1.01 times its own, or with
 so many times its error in no more seconds: times are measured, and come out a little different every time."""
+
+SURE, ENDLESS = 2.0, 99.0
+"""Standard errors by which it must do so (95 %), and a logarithm that no ratio reaches."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +72,25 @@ def pareto(time: Sequence[float], error: Sequence[float]) -> list[int]:
     return front
 
 
-def beaten_by(i: int, time: Sequence[float], error: Sequence[float]) -> int | None:
-    """The point that clearly beats point i, by the most (in time, times in error); None: i is on the front."""
+def beaten_by(
+    i: int,
+    time: Sequence[float],
+    error: Sequence[float],
+    against: Callable[[int, int], tuple[float, float] | None] | None = None,
+) -> int | None:
+    """The point that clearly beats point i, by the most (in time, times in error); None: i is on the front.
+
+    against : of two points j and i, how many times the error of i that of j is, and the standard error of the logarithm
+    of that, for errors are measured, too; None: as the errors say, without doubt.
+    """
 
     def beats(j: int) -> bool:
-        faster = time[j] <= FASTER * time[i] and error[j] <= AS_EXACT * error[i]
-        return faster or (time[j] <= time[i] and error[j] <= MORE_EXACT * error[i])
+        if time[j] > time[i]:
+            return False
+        known = against(j, i) if against else None
+        times, doubt = known or (error[j] / error[i] if error[i] else math.inf, 0.0)
+        most = times * math.exp(min(SURE * doubt, ENDLESS))
+        return most <= MORE_EXACT or (time[j] <= FASTER * time[i] and most <= AS_EXACT)
 
     found = [j for j in range(len(time)) if j != i and beats(j)]
     return min(found, key=lambda j: time[j] * error[j], default=None)

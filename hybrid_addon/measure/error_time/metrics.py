@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping
 from types import ModuleType
 
@@ -18,6 +19,15 @@ Picture = Float32 | Float64
 SHOWN = "rmse_shown"
 """The error that everything is judged and plotted by, beside FLIP: of radiance clipped to 0..1, as a screen shows it.
 Of a lamp's image at 1000 a pixel's edge is worth more than all the rest of a picture, and nobody sees it."""
+
+LEAST = "rmse_shown_least"
+"""The least `SHOWN` that could be told from none."""
+
+CLEAR = 3.0
+"""Standard errors: a mean squared error that is smaller cannot be told from none."""
+
+BLOCK = 8
+"""Pixels across and up: blocks so much wider than the pixel filter err independently of each other, pixels do not."""
 
 RELATIVE_FLOOR = 0.01
 """Added to the squared reference in relMSE, so that black has a relative error too. tev's value (tev, Colors.h)."""
@@ -55,16 +65,63 @@ def error(picture: Picture, reference: Picture, region: Bools) -> dict[str, floa
 
 
 def errors(
-    picture: Picture, reference: Picture, regions: Mapping[str, Bools]
+    picture: Picture, reference: Picture, regions: Mapping[str, Bools], halves: tuple[Picture, Picture] | None = None
 ) -> dict[str, dict[str, float | int | None]]:
-    """`error` of each region, and flip_ldr, the mean there of `flip`; None without the library."""
+    """`error` of each region, and what `judged` says of `maps`: SHOWN without the halves' noise, if they are given."""
+    differences = maps(picture, reference, halves)
+    return {name: error(picture, reference, part) | judged(differences, part) for name, part in regions.items()}
+
+
+def maps(picture: Picture, reference: Picture, halves: tuple[Picture, Picture] | None = None) -> dict[str, Float64]:
+    """The errors of single pixels (h, w): SHOWN squared, mean of the channels, and flip_ldr where the library is.
+
+    halves : two independent pictures (h, w, 3), a and b, whose mean the reference is. With them SHOWN is (p - a)(p - b)
+    of what is shown, instead of the square of p - reference. Its expectation has no noise of a or b in it, since they
+    are independent, where the square has their variance, too. So a single pixel may be negative.
+    """
+    a, b = (shown(half) for half in halves or (reference, reference))
+    p = shown(picture)
+    products = ((p - a) * (p - b)).mean(axis=-1)
+    found = {SHOWN: np.where(np.isfinite(products), products, 0.0)}
     differences = flip(picture, reference)
-    found = {}
-    for name, region in regions.items():
-        found[name] = error(picture, reference, region)
-        known = None if differences is None or not region.any() else differences[region]
-        found[name]["flip_ldr"] = None if known is None else float(known.mean(dtype=np.float64))
-    return found
+    return found if differences is None else {**found, "flip_ldr": differences.astype(np.float64)}
+
+
+def judged(found: Mapping[str, Float64], region: Bools) -> dict[str, float | int | None]:
+    """SHOWN, LEAST and flip_ldr over the pixels of a region (h, w), by the maps; None where there is none."""
+    values: dict[str, float | int | None] = dict.fromkeys((SHOWN, LEAST, "flip_ldr"))
+    n = int(np.count_nonzero(region))
+    if n == 0:
+        return values
+    mean = float(found[SHOWN][region].mean())
+    spread = in_blocks(np.where(region, found[SHOWN] - mean, 0.0))
+    values[SHOWN] = math.sqrt(max(mean, 0.0))
+    values[LEAST] = math.sqrt(CLEAR * math.sqrt(float(np.square(spread).sum())) / n)
+    if "flip_ldr" in found:
+        values["flip_ldr"] = float(found["flip_ldr"][region].mean())
+    return values
+
+
+def tells(errors: Mapping[str, float | int | None]) -> bool:
+    """Whether the SHOWN of a region can be told from none."""
+    error, least = errors[SHOWN], errors[LEAST]
+    return error is not None and least is not None and error > least
+
+
+def in_blocks(values: Float64) -> Float64:
+    """The sums (k,) of an image (h, w) over blocks of BLOCK x BLOCK pixels."""
+    rows, columns = (np.arange(0, size, BLOCK) for size in values.shape)
+    return np.asarray(np.add.reduceat(np.add.reduceat(values, rows, axis=0), columns, axis=1).ravel(), np.float64)
+
+
+def doubt(ours: Float64, theirs: Float64) -> float:
+    """Standard error of the logarithm of the ratio of two sums over the same independent blocks (k,).
+
+    What both have in common, as the reference's noise, cancels. Infinite where a sum is not positive.
+    """
+    if min(ours.sum(), theirs.sum()) <= 0:
+        return math.inf
+    return float(np.sqrt(np.square(ours / ours.sum() - theirs / theirs.sum()).sum()))
 
 
 def shown(picture: Picture) -> Float64:

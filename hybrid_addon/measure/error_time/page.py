@@ -56,15 +56,17 @@ $plots
 $notes
 <h2>The presets</h2>
 <p>On the front is what no other setting clearly beats: none is 10 % faster with an error at most 1 % larger, and none
-errs 5 % less in no more time. Which setting of two that are nearer is better, the next run may see otherwise.</p>
+errs 5 % less in no more time, by two standard errors. Which of two that are nearer is better, the next run may see
+otherwise.</p>
 <div class="scroll">$presets</div>
 <h2>The front, the presets, and Cycles</h2>
 <p>Every error is over the ray traced pixels, in linear radiance times coverage. <b>RMSE shown</b>, by which all is
 judged and plotted, counts what is brighter than the screen's white as white: else the few pixels of a lamp's image
 would decide alone. FLIP is what an eye sees of it. RMSE has all of the radiance. Ours is against our own
-reference ($reference), Cycles' against its own, so that each is charged with its noise only. Clear: larger than 3 x
-the noise of that reference. Seconds: translating, building and tracing, without EEVEE; Cycles: its whole render of the
-rectangle around those pixels.</p>
+reference ($reference), Cycles' against its own, so that each is charged with its noise only. A reference is the mean of
+two pictures: a pixel's squared error is the product of its differences from the one and from the other, in which their
+noise cancels in the mean. Clear: the mean square is larger than three of its standard errors. Seconds: translating,
+building and tracing, without EEVEE; Cycles: its whole render of the rectangle around those pixels.</p>
 <div class="scroll">$best</div>
 <h2>Errors by region</h2>
 <p>Edges: the pixels whose neighbours show another object, or which the mask covers in part.</p>

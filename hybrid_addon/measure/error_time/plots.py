@@ -8,9 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .fits import pareto
-from .metrics import SHOWN
-from .reference import CLEAR
-from .tables import is_clear
+from .metrics import SHOWN, tells
 
 Report = Mapping[str, Any]
 
@@ -71,7 +69,7 @@ def _time(axes: Any, report: Report) -> None:
     cycles = report["cycles"].get("points", [])
     floor = report["cycles"]["reference"]["floor"]["all"][SHOWN] if cycles else None
     for name, clear, fill in (("Cycles", True, THEIRS), ("Cycles, within its noise", False, "none")):
-        chosen = [(c["time"]["wall"], _shown(c)) for c in cycles if _shown(c) and is_clear(c, floor) == clear]
+        chosen = [(c["time"]["wall"], _shown(c)) for c in cycles if _shown(c) and tells(c["error"]["all"]) == clear]
         drawn.append(_curve(axes, chosen, "-s" if clear else "s", ms=4, color=THEIRS, mfc=fill, label=name))
     for c in cycles if any(drawn) else ():
         if _shown(c):
@@ -82,7 +80,7 @@ def _time(axes: Any, report: Report) -> None:
         return
     for level, color, whose in ((report["reference"]["floor"]["all"][SHOWN], SOFT, "our"), (floor, THEIRS, "Cycles'")):
         if level:
-            axes.axhline(CLEAR * level, color=color, lw=0.8, ls=":", label=f"{CLEAR:g} x noise of {whose} reference")
+            axes.axhline(level, color=color, lw=0.8, ls=":", label=f"noise of {whose} reference")
     _label(axes, "seconds (translate, build, trace)", "RMSE of what is shown")
 
 
@@ -90,16 +88,17 @@ def _samples(axes: Any, report: Report) -> None:
     alone = [p for p in report["points"] if p["alone"]]
     colors, drawn = {"all": INK, "edges": OURS, "interior": MARK}, False
     for region, color in colors.items():
-        level = CLEAR * (report["reference"]["floor"][region][SHOWN] or 0.0)
-        pairs = [(p["settings"]["samples"], p["error"][region][SHOWN]) for p in alone if p["error"][region][SHOWN]]
-        pairs.sort()
+        pairs = sorted(
+            (p["settings"]["samples"], p["error"][region][SHOWN], tells(p["error"][region]))
+            for p in alone if p["error"][region][SHOWN]
+        )  # fmt: skip
         fit = report["slopes"][f"aa_{region}"]["fit"]
-        drawn |= _curve(axes, [pair for pair in pairs if pair[1] > level], "-o", ms=4, color=color,
+        drawn |= _curve(axes, [(n, e) for n, e, clear in pairs if clear], "-o", ms=4, color=color,
                         label=region if fit is None else f"{region}: {fit:.2f}")  # fmt: skip
-        drawn |= _curve(axes, [pair for pair in pairs if pair[1] <= level], "o", ms=4, color=color, mfc="none",
+        drawn |= _curve(axes, [(n, e) for n, e, clear in pairs if not clear], "o", ms=4, color=color, mfc="none",
                         label=f"{region}, within the noise")  # fmt: skip
         if region == "all" and len(pairs) > 1:
-            n, e = pairs[0]
+            n, e, _ = pairs[0]
             for power in (-0.5, -0.75):
                 axes.loglog([n, pairs[-1][0]], [e, e * (pairs[-1][0] / n) ** power], "--", lw=0.8, color=SOFT)
     if drawn:

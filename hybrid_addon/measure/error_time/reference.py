@@ -14,18 +14,15 @@ from ...tracer import Cancelled
 from ...tracer.core.constants import FIRST_SAMPLES
 from . import metrics
 from .budget import Until
-from .metrics import Bools
+from .metrics import Bools, Picture
 from .regions import regions
 from .renders import CUTOFFS, Axes, Renders
 
 ENOUGH = 144
-"""Samples of a good reference: noise falls at least with their root, so 16 samples stand clear of 3 times its noise."""
+"""Samples of a good reference: noise falls at least with their root, so it is a third of that of 16 samples."""
 
 SEEDS = (101, 202)
 """The reference's camera samples are none that a render uses, or a render would be compared with itself."""
-
-CLEAR = 3.0
-"""Times the reference's noise: what errs less cannot be told from what does not err."""
 
 UNSEEN = 0.01
 """Of the noise of few samples: an error that hundreds of them still hide."""
@@ -78,11 +75,13 @@ class Reference:
 
     floor : how far it is itself from the truth, by region: the errors of a against it, |a - b| / 2 a pixel, whose RMSE
     is the standard error of the mean.
-    films : a and b.   each : seconds for one sample of so deep a picture.
+    films : a and b, as they were traced; halves: as they show in the composite, (h, w, 3).
+    each : seconds for one sample of so deep a picture.
     """
 
     picture: Float64
     films: tuple[Film, Film]
+    halves: tuple[Picture, Picture]
     regions: dict[str, Bools]
     floor: dict[str, dict[str, float | int | None]]
     quality: Quality
@@ -92,10 +91,6 @@ class Reference:
     def noise(self, region: str = "all") -> float:
         """The floor's RMSE of what is shown; 0 for an empty region."""
         return float(self.floor[region][metrics.SHOWN] or 0.0)
-
-    def tells(self, error: float | int | None, region: str = "all") -> bool:
-        """Whether so large an error stands clear of the noise."""
-        return error is not None and error > CLEAR * self.noise(region)
 
 
 def reference(renders: Renders, axes: Axes, each: float, until: float = np.inf) -> Reference:
@@ -119,4 +114,4 @@ def reference(renders: Renders, axes: Axes, each: float, until: float = np.inf) 
     floor = metrics.errors(a, mean, found)
     quality = replace(quality, samples=2 * quality.samples)
     seconds = time.perf_counter() - began
-    return Reference(mean, films, found, floor, quality, seconds, seconds / quality.samples)
+    return Reference(mean, films, (a, b), found, floor, quality, seconds, seconds / quality.samples)

@@ -94,7 +94,8 @@ class Renders:
     def brightest(self, films: Iterable[Film]) -> float:
         """An estimate of the largest radiance along any ray, from all that has been seen."""
         scene = self.scene
-        constant = [s.emission for s in scene.surfaces if not isinstance(s.emission, Expression)]
+        closures = [c.surface for s in scene.surfaces for c in s.closures]
+        constant = [s.emission for s in (*scene.surfaces, *closures) if not isinstance(s.emission, Expression)]
         emission = max(map(max, constant), default=0.0)
         seen = max((float(np.max(film.radiance, initial=0.0)) for film in films), default=0.0)
         return max(BRIGHTER * seen, brightest(scene.world), emission, brightest_lamp(self._compiled))

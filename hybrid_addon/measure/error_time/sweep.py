@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ...presets import QUALITY, Quality
-from ...scene import Film, Float32
+from ...scene import Film, Float32, Float64
 from ...tracer import Cancelled
 from ...tracer.core.constants import FIRST_SAMPLES
 from . import fits, metrics
@@ -49,7 +49,9 @@ PRESET_SHARE = 0.4
 class Point:
     """One combination: its times, its errors by region, and what was cut off.
 
-    clear : its error stands clear of the reference's noise.   deciding : how many pixels decide its RMSE.
+    error : SHOWN and FLIP are those of all runs, each with samples of its own; the others are those of the first.
+    clear : its error can be told from none.   deciding : how many pixels decide the RMSE of the first run.
+    maps : the errors of single pixels, mean of all runs.   blocks : of each run, sums of those over masked pixels.
     film : of presets, for the page.
     """
 
@@ -63,6 +65,8 @@ class Point:
     invariants: dict[str, int] = field(default_factory=dict)
     clear: bool = False
     deciding: float = 0.0
+    maps: dict[str, Float64] = field(default_factory=dict)
+    blocks: dict[str, list[Float64]] = field(default_factory=dict)
     film: Film | None = None
 
     @property
@@ -190,15 +194,14 @@ def measure(
             film = renders.trace(point.quality, progress=Until(end))
         except Cancelled:
             continue
-        point.times.append(film.time)
         _judge(renders, point, film, deep)
         seconds = film.time["trace"]["wall"]
         say(f"{number}/{len(order)} {describe(point.quality)}: {seconds:.2f} s, RMSE {point.shown:.2g}")
     measured, late = [p for p in order if p.times], [p for p in order if not p.times]
-    for _ in range(1, repeats):
+    for lap in range(1, repeats):
         for point in measured:
             if point.times[0]["trace"]["wall"] < min(PATIENCE, until - time.perf_counter()):
-                point.times.append(renders.trace(point.quality).time)
+                _judge(renders, point, renders.trace(point.quality, lap), deep)
     return measured, late
 
 
@@ -209,8 +212,23 @@ def describe(q: Quality) -> str:
 
 
 def _judge(renders: Renders, point: Point, film: Film, deep: Reference) -> None:
-    point.error = metrics.errors(renders.shown(film), deep.picture, deep.regions)
-    point.clear, region = deep.tells(point.shown), deep.regions["all"]
+    picture, region, n = renders.shown(film), deep.regions["all"], len(point.times)
+    maps = metrics.maps(picture, deep.picture, deep.halves)
+    point.maps = {name: (n * point.maps[name] + more) / (n + 1) if n else more for name, more in maps.items()}
+    for name, more in maps.items():
+        point.blocks.setdefault(name, []).append(metrics.in_blocks(np.where(region, more, 0.0)))
+    point.times.append(film.time)
+    if n == 0:
+        point.error = {name: metrics.error(picture, deep.picture, part) for name, part in deep.regions.items()}
+        _first(renders, point, film, deep)
+    for name, part in deep.regions.items():
+        point.error[name] |= metrics.judged(point.maps, part)
+    point.clear = metrics.tells(point.error["all"])
+
+
+def _first(renders: Renders, point: Point, film: Film, deep: Reference) -> None:
+    """What is noted of the first run alone."""
+    region = deep.regions["all"]
     point.deciding = metrics.deciding(renders.shown(film), deep.picture, region)
     bound = (film.residual * renders.weight(film))[region]
     point.bound = {"residual_mean": _mean(bound), "residual_max": float(np.max(bound, initial=0.0))}

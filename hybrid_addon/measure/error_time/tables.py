@@ -8,8 +8,7 @@ from html import escape
 from typing import Any
 
 from ...presets import Quality
-from .metrics import SHOWN
-from .reference import CLEAR
+from .metrics import SHOWN, tells
 from .regions import REGIONS
 from .sweep import describe
 
@@ -37,9 +36,8 @@ def best(report: Report) -> str:
             rows.append((p["seconds"], cells))
     for c in report["cycles"].get("points", []):
         time, none = c["time"], (None,) * 4
-        clear = is_clear(c, report["cycles"]["reference"]["floor"]["all"][SHOWN])
         rows.append((time["wall"], ("Cycles", c["samples"], *none, time["wall"], None, time["cpu"], *_errors(c), None,
-                                    clear)))  # fmt: skip
+                                    tells(c["error"]["all"]))))  # fmt: skip
     head = (
         "",
         *SETTINGS.values(),
@@ -168,12 +166,6 @@ def _errors(point: Report) -> Cells:
 
 def _name(point: Report) -> str:
     return describe(Quality(**point["settings"]))
-
-
-def is_clear(point: Report, floor: float | None) -> bool:
-    """Whether its error stands clear of its reference's noise."""
-    error = point["error"]["all"][SHOWN]
-    return error is not None and error > CLEAR * (floor or 0.0)
 
 
 def _by_region(name: str, point: Report) -> list[Cells]:

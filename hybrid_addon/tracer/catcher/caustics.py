@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ...scene import Camera, Float32, Float64
 from ..core.camera import project, spread_on_lens
 from ..core.constants import MAX_STRAIGHT_CROSSINGS, SHADOW_REACH
-from ..core.rays import Rays, camera_rays, concatenate, offset_origin, traceable
+from ..core.rays import DIFFUSE, Rays, camera_rays, concatenate, offset_origin, traceable
 from ..core.sampler import UInt32, hash32
 from ..core.stats import Stats
 from ..core.vectors import dot, largest_component, select, take
@@ -46,6 +46,7 @@ CHUNK = 1 << 15
 PILOT = 1 << 10
 """So many photons tell how much light of each light goes to each group; all are shared out by that."""
 
+WAVELENGTH_SALT = np.uint32(0x510E527F)
 LENS_SALTS = (np.uint32(0x27D4EB2F), np.uint32(0x165667B1))
 """What makes two random numbers of one for a point on the lens."""
 
@@ -143,8 +144,11 @@ class _Tracer:
         media = self.scene.media.around_camera(origin, direction, lambda: self.scene.solids, stats)
         endless = np.full(n, np.inf, np.float32)
         rays = camera_rays(
-            origin, direction, endless, np.arange(n), media, True, mixed=self.scene.surfaces.mixes_glass
-        ).take(np.flatnonzero(sound))
+            origin, direction, endless, np.arange(n), media, True, mixed=self.scene.surfaces.mixes_glass,
+            asked=self.scene.asks_rays,
+        )  # fmt: skip
+        rays.history[DIFFUSE : DIFFUSE + 1] = 1  # a path from the eye would have left what they light to any side
+        rays = rays.take(np.flatnonzero(sound))
         stats.add("photons", n)
         draw = hash32(number ^ hash32(beam.key ^ np.uint32(0xC2B2AE35)))
         travelled, bent, wave = np.zeros(n), np.zeros(n, bool), 0
@@ -203,7 +207,8 @@ class _Tracer:
         # Draw one closure, then one of the two ways, and let it carry the light of all.
         salt = hash32(np.array([~np.uint32(wave)], np.uint32))
         chance = hash32(draw[rays.sample] ^ salt).astype(np.float64) * 2.0**-32
-        closure = closures_at(self.scene, rays, at, t, most=1, chance=chance)
+        wavelength = hash32(draw[rays.sample] ^ WAVELENGTH_SALT).astype(np.float64) * 2.0**-32
+        closure = closures_at(self.scene, rays, at, t, most=1, chance=chance, wavelength=wavelength)
         rays, at, t = closure.rays, closure.at, closure.t
         split = share_out(self.scene, rays, at)
         reflected, transmitted = largest_component(split.reflected), largest_component(split.transmitted)

@@ -14,9 +14,11 @@ from .vectors import Array, Index, largest_component, take
 
 NO_BRANCH, REFLECTION, REFRACTION = np.uint8(0), np.uint8(1), np.uint8(2)
 
-CAMERA_RAY, REFLECTED_RAY, TRANSMITTED_RAY = np.uint8(0), np.uint8(1), np.uint8(2)
-"""Kinds of rays: by what bent them last."""
+CAMERA_RAY, REFLECTED_RAY, TRANSMITTED_RAY, SHADOW_RAY = np.uint8(0), np.uint8(1), np.uint8(2), np.uint8(3)
+"""Kinds of rays: by what bent them last. No wave has shadow rays; surfaces are told of them (see `RayState`)."""
 
+DIFFUSE, TRANSMISSIONS, SHARP, TRAVELLED = range(4)
+"""Rows of `Rays.history`."""
 
 UNLIMITED = np.float32(np.inf)
 """A ray's t_max where nothing ends it."""
@@ -44,6 +46,9 @@ class Rays:
                         no surface refracts by more than one (see `closures_at`).
     branch            : (rows, n) uint8, how it left the first surface: NO_BRANCH for camera rays, REFLECTION or
                         REFRACTION (straight through included); or no rows.
+    history           : (4, n) float32, what Light Path asks besides: diffuse bounces (1 of photons, which light what a
+                        diffuse surface shows), transmissions, whether the last bounce was as sharp as a mirror's,
+                        metres since then, straight crossings included; or no rows, where no surface asks.
     """
 
     origin: Float32
@@ -60,6 +65,7 @@ class Rays:
     closure: NDArray[np.int32]
     path: NDArray[np.uint32]
     branch: NDArray[np.uint8]
+    history: Float32
 
     @property
     def camera(self) -> NDArray[np.bool_]:
@@ -80,8 +86,44 @@ class Rays:
 
 FIELDS = (
     "origin", "direction", "throughput", "sample", "depth", "straight", "t_max", "media", "kind", "unlit", "receiver",
-    "closure", "path", "branch",
+    "closure", "path", "branch", "history",
 )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class RayState:
+    """How n rays came to where they are: what surfaces may ask of the ray that sees them.
+
+    kind, depth, straight : (n,) as in `Rays`, or SHADOW_RAY.   history : (4, n) as there.
+    """
+
+    kind: NDArray[np.uint8]
+    depth: NDArray[np.int16]
+    straight: NDArray[np.int16]
+    history: Float32
+
+    def take(self, index: Index) -> RayState:
+        """Those of the rays `index`."""
+        return RayState(*(take(part, index) for part in (self.kind, self.depth, self.straight, self.history)))
+
+
+def state_of(rays: Rays) -> RayState | None:
+    """How rays came; None: no surface asks."""
+    return RayState(rays.kind, rays.depth, rays.straight, rays.history) if len(rays.history) else None
+
+
+def shadow_state(came: RayState | None, index: Index, n: int, crossed: int, travelled: Float64) -> RayState:
+    """That of n shadow rays which have crossed so many surfaces, and are `travelled` (n,) metres from their origins.
+
+    came : of the rays that hit the origins, of which these are `index`; None: camera rays.
+    """
+    if came is None:
+        depth, straight, history = np.zeros(n, np.int16), np.zeros(n, np.int16), np.zeros((4, n), np.float32)
+    else:
+        depth, straight = take(came.depth, index), take(came.straight, index)
+        history = take(came.history, index).copy()
+    history[SHARP], history[TRAVELLED] = 0, travelled
+    return RayState(np.full(n, SHADOW_RAY), depth, straight + np.int16(crossed), history)
 
 
 def concatenate(waves: list[Rays]) -> Rays:
@@ -102,8 +144,10 @@ def camera_rays(
     branched: bool = False,
     linked: bool = False,
     mixed: bool = False,
+    asked: bool = False,
 ) -> Rays:
-    """The first wave. signed, branched, linked, mixed: paths, branches, receivers and closures are asked for."""
+    """The first wave. signed, branched, linked, mixed, asked: paths, branches, receivers, closures and histories are
+    asked for."""
     n = origin.shape[1]
     path = np.zeros((int(signed), n), np.uint32)
     media = np.zeros((0, n), np.int32) if media is None else media
@@ -112,7 +156,7 @@ def camera_rays(
     kind, receiver = np.full(n, CAMERA_RAY), np.full((int(linked), n), MISS)
     return Rays(
         origin, direction, np.ones((3, n), np.float32), sample, none, none, t_max, media, kind, np.zeros(n, bool),
-        receiver, np.full((int(mixed), n), MISS), path, branch,
+        receiver, np.full((int(mixed), n), MISS), path, branch, np.zeros((4 * int(asked), n), np.float32),
     )  # fmt: skip
 
 

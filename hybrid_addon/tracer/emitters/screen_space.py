@@ -5,8 +5,8 @@ So reflections show procedural textures, EEVEE's own light, everything that it d
 backed if
 
 * its surface is not ray traced, and looks the same from all sides: nothing mirrored or transmitted, no coat, no sheen,
-  no highlight beyond MATTE_HIGHLIGHT; or the translator could not follow its material: then the raster is always
-  nearer;
+  no highlight beyond MATTE_HIGHLIGHT, no colour by Fresnel or Layer Weight; or the translator could not follow its
+  material: then the raster is always nearer. What asks Light Path is not the camera's for other rays;
 * its point lies inside the picture, on the side of the surface that the camera sees;
 * all four pixels around it show one surface (no step in depth near, not mostly what is held out, see
   `ScreenSpaceLookup`), and have the depth of the hit's own plane there: so that grazing floors work, and edges never
@@ -22,6 +22,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ...expressions import depends_on_eye, reads_ray
 from ...scene import Camera, Expression, Float32, Float64, Raster, Surface
 from ..core.constants import (
     BACKED_ALPHA,
@@ -45,7 +46,12 @@ Numbers = NDArray[np.intp]
 
 
 def is_matte(surface: Surface) -> bool:
-    """Whether its highlights are too weak to move with the eye. What varies is taken at its most glossy."""
+    """Whether nothing of it moves with the eye: highlights are too weak, and its colours ask for no direction.
+
+    What varies is taken at its most glossy.
+    """
+    if depends_on_eye(surface):
+        return False
     if surface.closures:
         return all(is_matte(closure.surface) for closure in surface.closures)
     layers = (surface.coat, surface.sheen)
@@ -60,7 +66,7 @@ def is_matte(surface: Surface) -> bool:
 def backable(geometry: Geometry, table: SurfaceTable) -> Bools:
     """(np,) bool: primitives that secondary rays meet and whose light the raster may know."""
     matte = np.array([is_matte(s) for s in table.surfaces]) & ~table.reflects & ~table.transmits
-    known = matte | approximate(table)
+    known = (matte | approximate(table)) & ~np.array([reads_ray(s) for s in table.surfaces])
     return np.asarray(known[geometry.surface] & geometry.camera & geometry.secondary & ~geometry.ray_traced)
 
 

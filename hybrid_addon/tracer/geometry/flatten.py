@@ -8,7 +8,7 @@ distances are worked out from them in float64.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -64,6 +64,7 @@ class Geometry:
     sphere_radius: Float64  # (ns,)
     dropped: int  # triangles left out because they are degenerate or not finite
     split: int  # triangles made by splitting large ones towards small ray traced objects
+    object_values: Mapping[str, Float64]  # key -> (objects, width), what surfaces read of instances
     bounds_radius: float  # of a ball around the centre that holds the whole scene; infinite if there are planes
 
     @cached_property
@@ -238,5 +239,6 @@ def _assemble(
         sphere_radius=sphere_radius,
         dropped=mesh.dropped,
         split=mesh.split,
+        object_values={},
         bounds_radius=radius,
     )

@@ -17,6 +17,9 @@ from ..core.vectors import cross, dot, select
 from .triangles import facets_of
 
 Bools = NDArray[np.bool_]
+PARAMETRIC = ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))
+"""Barycentrics of the three corners, as Geometry's Parametric has them."""
+
 Layouts = Sequence[Mapping[str, tuple[int, int]]]
 """For each surface, key of what it reads of a corner -> (start, width)."""
 
@@ -211,7 +214,8 @@ def corner_data_of(batch: MeshInstances, surface: Int32, layouts: Layouts) -> Fl
     """(k nt, 3 w) what expressions read of the corners; each triangle carries what its own surface reads."""
     assigned = np.unique(surface).tolist()
     width = max((start + size for s in assigned for start, size in layouts[s].values()), default=0)
-    if width == 0 or not (batch.mesh.normals is not None or batch.mesh.uv_maps or batch.mesh.attributes):
+    own = any("parametric" in layouts[s] for s in assigned)
+    if width == 0 or not (own or batch.mesh.normals is not None or batch.mesh.uv_maps or batch.mesh.attributes):
         return None
     corners = _wound(batch.mesh.corners, batch)
     result = np.zeros((len(surface), 3, width), np.float32)
@@ -228,6 +232,9 @@ def corner_data_of(batch: MeshInstances, surface: Int32, layouts: Layouts) -> Fl
 def _source(batch: MeshInstances, key: str, corners: Int32) -> Float32 | None:
     """(k, nt, 3 corners, width) of the mesh's own data; tangents are unit vectors in world space."""
     mesh = batch.mesh
+    if key == "parametric":
+        of_corners = np.broadcast_to(np.array(PARAMETRIC, np.float32), (len(mesh.triangles), 3, 2))
+        return np.stack([of_corners[:, [0, 2, 1]] if sign < 0 else of_corners for sign in batch.handedness])
     if key.startswith("uv:"):
         local = mesh.uv_maps.get(key.removeprefix("uv:"), mesh.uv_maps.get(""))
     else:

@@ -21,6 +21,7 @@ from ...expressions import ATTRIBUTE_WIDTHS, expressions_of, reads
 from ...scene import BLACK, WHITE, Expression, Float32, Float64, Surface
 from ..core.constants import FAINT, MIRROR_ROUGHNESS, TRACED_ROUGHNESS
 from .columns import NOT_CROSSED, Columns, plain_columns
+from .dispersion import CHANNELS, dispersed, is_dispersive
 from .fields import VARIABLE, Fields, constants, known_fields
 from .tabulated import Tabulated
 
@@ -69,6 +70,17 @@ class SurfaceTable:
     first_closure: Numbers  # (s,) the column of the first of them
     closure_weight: Float32  # (3, s) of closures, where no expression tells; 1 of all else
     owner: Numbers  # (s,) the surface that a closure is of; of all else itself
+    band: Numbers  # (s,) the channel whose light a closure that disperses refracts; -1 of all else
+
+    @property
+    def disperses(self) -> bool:
+        """Whether some closure splits light."""
+        return bool((self.band >= 0).any())
+
+    @cached_property
+    def dispersion(self) -> Float64:
+        """(s,) 20 / Abbe number."""
+        return np.array([s.dispersion for s in self.surfaces], np.float64)
 
     @cached_property
     def mixes_glass(self) -> bool:
@@ -160,7 +172,7 @@ def layout(surface: Surface) -> dict[str, tuple[int, int]]:
 
 def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
     """The table of all surfaces of a scene."""
-    surfaces = tuple(with_expressions(s) for s in surfaces) or (Surface(),)
+    surfaces = tuple(dispersed(with_expressions(s)) for s in surfaces) or (Surface(),)
     sums, own = surfaces, len(surfaces)
     closures = [(number, closure) for number, s in enumerate(sums) for closure in s.closures]
     surfaces = (*sums, *(closure.surface for _, closure in closures))
@@ -170,6 +182,11 @@ def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
     weight = np.ones((3, len(surfaces)), np.float32)
     for place, (_, closure) in enumerate(closures, own):
         weight[:, place] = 1.0 if isinstance(closure.weight, Expression) else closure.weight
+    band = np.full(len(surfaces), -1)
+    for place, (_, closure) in enumerate(closures, own):
+        if is_dispersive(closure.surface):  # the three of one closure follow one another, red first
+            known = closure.surface is surfaces[place - 1] and 0 <= band[place - 1] < len(CHANNELS) - 1
+            band[place] = band[place - 1] + 1 if known and place > own else 0
     low, high = _bounds(surfaces, 0.0), _bounds(surfaces, 1.0)
     layered = np.array([s.layered for s in surfaces])
     through = [any(isinstance(getattr(s, name), Expression) for name in THROUGH) for s in surfaces]
@@ -182,7 +199,7 @@ def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
         varies=layered | expressive, expressive=expressive,
         varies_through=(layered | through) & expressive & ~tabulated.known, layered=layered, blurs=blurs,
         tabulated=tabulated, surfaces=surfaces, blur_roughness=_blur_roughness(low, high, blurs),
-        closure_count=count, first_closure=first, closure_weight=weight, owner=owner,
+        closure_count=count, first_closure=first, closure_weight=weight, owner=owner, band=band,
     )  # fmt: skip
     table = _with_layers(table, low, high, layered) if layered.any() else table
     table = _summed(table) if closures else table

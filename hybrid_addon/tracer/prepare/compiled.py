@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...expressions import reads_ray
 from ...scene import Camera, Float32, Float64, Scene, Settings
 from ..core.cache import PREPARED, SceneCache
 from ..core.camera import generate_rays, near_plane
@@ -46,6 +47,7 @@ class CompiledScene:
 
     geometry, media, surfaces, world, lights, plan : see their modules; `lights` holds those that can light anything.
     lamps : lights that reflected and refracted rays can meet.   linked_lamps : not all of them light everything.
+    asks_rays : surfaces ask how the rays came that see them.
     seen_by_camera, seen_by_secondary : what camera rays and all later rays can hit.
     occluders : what hides the world from points, or None: nothing does.
     screen_space : what raster-backed hits are looked up in, or None.
@@ -60,6 +62,7 @@ class CompiledScene:
     ) -> None:
         """cache: what an earlier frame has left, and what this one leaves. pixels: to be traced; None: all."""
         self.settings, self.arriving = settings, scene.arriving
+        self.asks_rays = any(reads_ray(surface) for surface in scene.surfaces)
         self._kept = SceneCache(0) if cache is None else cache
         self._kept.begin(sum(len(scene.meshes[i.mesh].triangles) for i in scene.instances))
         prepared = prepare(scene, settings, self._kept)
@@ -226,8 +229,9 @@ class CompiledScene:
             media = self.media.around_camera(origin, direction, lambda: self.solids, stats)
         sample = np.arange(n) if sample is None else sample
         return camera_rays(
-            origin, direction, t_max, sample, media, signed, branched, self.linked_lamps, self.surfaces.mixes_glass
-        )
+            origin, direction, t_max, sample, media, signed, branched, self.linked_lamps, self.surfaces.mixes_glass,
+            self.asks_rays,
+        )  # fmt: skip
 
     def shown(self, pixels: NDArray[np.intp], stats: Stats) -> tuple[Rays, Hits]:
         """What rays through the centres of pixels (n,) of the window hit first, through a pinhole, between the clip

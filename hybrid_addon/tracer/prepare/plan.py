@@ -43,7 +43,7 @@ class Plan:
     any_hit : ask for any hit first, and for the nearest where that does not tell all.
     soft_shadows : shadow rays may go to points spread over their lights.
     rough     : rays leave rough surfaces by random microfacets.
-    crowded   : some surface has more closures than every hit answers with: some are drawn.
+    crowded   : some surface has more closures than every hit answers with, or disperses: they are drawn.
     occlusion : work out how much of the world's diffuse light is hidden.
     raster_shadows : work out the shadows of ray traced objects on all others.
     screen_space : secondary rays may meet what the raster shows.
@@ -225,7 +225,8 @@ def make_plan(
         world=escapes,
         soft_shadows=soft,
         rough=rough,
-        crowded=bool((table.closure_count[reachable[: len(table.closure_count)]] > MOST_CLOSURES).any()),
+        crowded=bool((table.closure_count[reachable[: len(table.closure_count)]] > MOST_CLOSURES).any())
+        or table.disperses,
         occlusion=occlusion,
         raster_shadows=raster_shadows,
         screen_space=shown,

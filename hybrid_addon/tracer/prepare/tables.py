@@ -6,10 +6,14 @@ Nothing is made here that a scene does not have: what is not there is None, and 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
-from ...scene import Camera, Expression, Scene, Settings, World
+import numpy as np
+
+from ...expressions import reads_of_instance
+from ...scene import Camera, Expression, Float64, Scene, Settings, Surface, World
 from ..core.cache import SceneCache, key_of
 from ..emitters.light import CompiledLight
 from ..emitters.lights import compile_lights
@@ -47,9 +51,42 @@ def prepare(scene: Scene, settings: Settings, cache: SceneCache | None = None) -
     surfaces, world = compile_surfaces(scene.surfaces), _world(scene.world, cache)
     layouts = [layout(surfaces.surfaces[owner]) for owner in surfaces.owner]
     geometry, media = find_solids(scene, flatten(scene, layouts, cache=cache), surfaces)
+    geometry = replace(geometry, object_values=object_values(scene, surfaces.surfaces))
     lights = compile_lights((*scene.lights, *world.suns), geometry.center, geometry.object)
     plan, lights, lamps = make_plan(scene, settings, Tables(geometry, media, surfaces, world, lights), black_texels)
     return Prepared(scene.camera, geometry, media, surfaces, world, lights, lamps, plan)
+
+
+def object_values(scene: Scene, surfaces: Sequence[Surface]) -> dict[str, Float64]:
+    """What surfaces read of instances, key -> (objects, width): 0 for those that have none."""
+    found: dict[str, Float64] = {}
+    for key in sorted(set().union(*(reads_of_instance(surface) for surface in surfaces))):
+        if key in MATRICES:
+            rows = np.tile(np.eye(3, 4), (len(scene.names), 1, 1))
+            matrices = np.array([i.matrix_world for i in scene.instances], np.float64).reshape(-1, 4, 4)
+            rows[: len(matrices)] = MATRICES[key](matrices)[:, :3]
+            found[key] = rows.reshape(-1, 12)
+            continue
+        values = [i.values.get(key, ()) for i in scene.instances]
+        found[key] = np.zeros((len(scene.names), max((len(v) for v in values), default=0) or 1))
+        for number, value in enumerate(values):
+            found[key][number, : len(value)] = value
+    return found
+
+
+def _inverses(matrices: Float64) -> Float64:
+    """(k, 4, 4); 0 of those that have none."""
+    usable = np.isfinite(matrices).all(axis=(1, 2))
+    usable[usable] = np.linalg.det(matrices[usable, :3, :3]) != 0
+    result = np.zeros_like(matrices)
+    result[usable] = np.linalg.inv(matrices[usable])
+    return result
+
+
+MATRICES: dict[str, Callable[[Float64], Float64]] = {
+    "OBJECT_TO_WORLD": lambda matrices: np.nan_to_num(matrices),
+    "WORLD_TO_OBJECT": _inverses,
+}
 
 
 def describe(scene: Scene, settings: Settings) -> Plan:

@@ -200,6 +200,8 @@ def _check_surface(scene: Scene, number: int, surface: Surface) -> None:
         _check_surface(scene, number, replace(closure.surface, name=closure.surface.name or surface.name))
     if not isinstance(surface.ior, Expression):
         require(math.isfinite(surface.ior) and surface.ior > 0, f"ior must be a positive number, got {surface.ior}")
+    spread = surface.dispersion
+    require(math.isfinite(spread) and spread >= 0, f"dispersion must be finite and not negative, got {spread}")
     coat_ior: Any = surface.coat_ior
     require(math.isfinite(coat_ior) and coat_ior >= 1, f"coat_ior must be at least 1, got {coat_ior}")
     constant: dict[str, Any] = {f: getattr(surface, f) for f in (*_SHARES, *_SCALARS, *_COLORS)}

@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from ...scene import Expression, Float32, Float64
 from ..core.constants import MOST_CLOSURES, MOST_FIRST_CLOSURES
-from ..core.rays import Rays
-from ..core.sampler import hash32
+from ..core.rays import Rays, RayState
+from ..core.sampler import Draws, hash32
 from ..core.vectors import flatnonzero, largest_component, write
 from ..film.branch_selection import draw
 from ..film.error_budget import budget_units
 from ..geometry.flatten import Geometry
 from ..materials.columns import HitValues
+from ..materials.dispersion import spectral_ior
 from ..materials.fields import limited
 from ..materials.surfaces import SurfaceTable
 from ..prepare.compiled import CompiledScene
@@ -32,8 +33,8 @@ Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 UInt32 = NDArray[np.uint32]
 
-CLOSURE = np.uint32(0x6A09E667)
-"""Dimension of the sampler that closures are drawn in, where they are too many."""
+CLOSURE, SPECTRUM = np.uint32(0x6A09E667), np.uint32(0x3C6EF372)
+"""Dimensions of the sampler that closures are drawn in, where they are too many, and wavelengths."""
 LEAST_CHANCE = 1e-6
 """Random numbers keep so far from 0 and 1: what is drawn with them stays finite."""
 
@@ -57,25 +58,27 @@ class ClosureHits:
 
 
 def closures_at(
-    scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, most: int = 0, chance: Float64 | None = None
-) -> ClosureHits:
+    scene: CompiledScene, rays: Rays, at: Interaction, t: Float64, most: int = 0, chance: Float64 | None = None,
+    wavelength: Float64 | None = None,
+) -> ClosureHits:  # fmt: skip
     """One hit for each closure that answers rays (n,) at their hits, at distances t (n,).
 
     most : closures for each hit; 0: MOST_FIRST_CLOSURES for camera rays, MOST_CLOSURES for all others.
-    chance : (n,) random numbers between 0 and 1 that they are drawn by; None: those of the hits.
+    chance, wavelength : (n,) random numbers between 0 and 1 that they, and their wavelengths where they disperse, are
+    drawn by; None: those of the hits, and of their samples.
     """
     table = at.table
     if not table.closure_count.take(at.surface).any():
         return ClosureHits(rays, resolve(scene.geometry, at, t), t)
     # Each closure, and its weight here.
     owner, row, part = table.closures_of(at.surface)
-    way = at.prim, at.surface, at.point, at.entering, at.n_shading, at.wo, t
+    way = at.prim, at.surface, at.point, at.entering, at.n_shading, at.wo, t, at.came
     weight = closure_weights(scene.geometry, table, *way, owner, row, part)
     if len(rays.closure):
         weight = _as_entered(table, rays, at, owner, row, weight)
     # Those that bring something; of too many, those that are drawn.
     heaviest = largest_component(weight)
-    kept = flatnonzero(heaviest > 0)
+    kept = flatnonzero((weight * rays.throughput[:, owner] > 0).any(axis=0))
     owner, row, part, weight, heaviest = owner[kept], row[kept], part[kept], weight[:, kept], heaviest[kept]
     if most == 0:
         first = (rays.depth == 0) & (rays.straight == 0)
@@ -104,7 +107,29 @@ def closures_at(
         path = np.where(part > 0, hash32(path ^ hash32(part.astype(np.uint32))), path)
     rays_of = replace(rays_of, throughput=rays_of.throughput * weight, path=path)
     of = replace(at.take(owner), surface=row, values=HitValues(table.columns, row), share=_shares(owner, weight))
-    return ClosureHits(rays_of, resolve(scene.geometry, of, t[owner]), t[owner], owner, weight, left_out)
+    of = resolve(scene.geometry, of, t[owner])
+    if table.disperses:
+        of = _dispersed(of, None if wavelength is None else wavelength[owner])
+    return ClosureHits(rays_of, of, t[owner], owner, weight, left_out)
+
+
+def _dispersed(at: Interaction, chance: Float64 | None) -> Interaction:
+    """The hits with the IORs of the wavelengths of their samples, by their random numbers (n,); None: of their own."""
+    band = at.table.band.take(at.surface)
+    split = flatnonzero(band >= 0)
+    if len(split) == 0:
+        return at
+    if chance is None:
+        draws = at.draws
+        chance = np.full(len(band), 0.5)
+        if draws is not None:  # of the sample, whatever its way
+            chance = (
+                Draws(draws.sampler, draws.sample, np.zeros_like(draws.path)).square(SPECTRUM)[0].astype(np.float64)
+            )
+    ior = at.ior.copy()
+    dispersion = at.table.dispersion.take(at.surface[split])
+    ior[split] = spectral_ior(ior[split], dispersion, band[split], chance[split])
+    return replace(at, values=replace(at.values, ior=ior))
 
 
 def closure_path(path: UInt32, part: int) -> UInt32:
@@ -144,14 +169,14 @@ def _as_entered(
 
 def closure_weights(
     geometry: Geometry, table: SurfaceTable, prim: Numbers, surface: Numbers, point: Float64, entering: Bools,
-    normal: Float32, wo: Float32, distance: Float64, owner: Numbers, row: Numbers, part: Numbers,
+    normal: Float32, wo: Float32, distance: Float64, came: RayState | None, owner: Numbers, row: Numbers, part: Numbers,
 ) -> Float32:  # fmt: skip
     """(3, m) float32, >= 0, of the closures `row` (m,), the `part`-th (m,) of the surfaces at places `owner` (m,).
 
-    prim, surface, point, entering, normal, wo, distance : of the n places, as in `Interaction`.
+    prim, surface, point, entering, normal, wo, distance, came : of the n places, as in `Interaction`.
     """
     weight: Float32 = table.closure_weight.take(row, axis=1)
-    for one in hit_groups(geometry, table, prim, surface, point, entering, normal, wo, distance):
+    for one in hit_groups(geometry, table, prim, surface, point, entering, normal, wo, distance, came):
         for number, closure in enumerate(one.surface.closures):
             if isinstance(closure.weight, Expression):
                 values = np.zeros((3, len(prim)), np.float32)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...expressions import Evaluation
 from ...scene import Expression, Float32, Float64, Surface
-from ..core.rays import Rays
+from ..core.rays import Rays, RayState
 from ..core.sampler import Draws
 from ..core.vectors import ALL, Array, Index, dot, flatnonzero, take, write
 from ..geometry.aggregate import Hits
@@ -49,7 +49,7 @@ def resolve(geometry: Geometry, at: Interaction, distance: Float64) -> Interacti
     if not at.table.varies.take(at.surface).any():
         return at
     way = at.prim, at.surface, at.point, at.entering, at.n_shading, at.wo, distance
-    assigned = hit_groups(geometry, at.table, *way)
+    assigned = hit_groups(geometry, at.table, *way, at.came)
     n_shading = _turned(assigned, at.n_shading)
     cos = np.maximum(dot(at.wo, n_shading), 0)  # one that looks away from the eye is seen edge on
     values = at.table.tabulated.look_up(at.surface, cos)
@@ -59,18 +59,19 @@ def resolve(geometry: Geometry, at: Interaction, distance: Float64) -> Interacti
 
 def resolve_crossings(
     geometry: Geometry, table: SurfaceTable, surface: Numbers, told: Numbers, hits: Hits, origin: Float32, wi: Float32,
-    seen: HitValues,
+    came: RayState, seen: HitValues,
 ) -> HitValues:  # fmt: skip
     """The values `seen` of n points where shadow rays cross single closures, with what expressions tell of some.
 
     surface          : (n,) closures.   told : (m,) of which.
-    hits, origin, wi : of these, and their rays (3, m). Of columns there are the rows CROSSING alone.
+    hits, origin, wi : of these, and their rays (3, m).   came : how these came.
+    Of columns there are the rows CROSSING alone.
     """
     prim, cos = hits.prim.astype(np.intp), np.abs(hits.toward)
     normal = hits.normal * -np.sign(hits.toward).astype(np.float32)
     assigned = hit_groups(
-        geometry, table, prim, surface.take(told), origin + wi * hits.t, hits.toward < 0, normal, -wi,
-        np.zeros(len(prim)), told,
+        geometry, table, prim, surface.take(told), origin + wi * hits.t, hits.toward < 0, normal, -wi, hits.t, came,
+        told,
     )  # fmt: skip
     cosines = np.zeros(len(seen.place))
     cosines[told] = cos
@@ -90,14 +91,14 @@ class _HitGroup:
 
 def hit_groups(
     geometry: Geometry, table: SurfaceTable, prim: Numbers, surface: Numbers, point: Float64, entering: Bools,
-    normal: Float32, wo: Float32, distance: Float64, among: Index = ALL,
+    normal: Float32, wo: Float32, distance: Float64, came: RayState | None, among: Index = ALL,
 ) -> list[_HitGroup]:  # fmt: skip
     """The surfaces with expressions among those of n hits, which are the hits `among` some others."""
     found = []
     met = flatnonzero(np.bincount(surface, minlength=len(table.expressive)))
     for number in met[table.expressive[met]].tolist():
         hits = flatnonzero(surface == number)
-        data = HitData(geometry, number, prim, point, entering, normal, wo, distance, hits)
+        data = HitData(geometry, number, prim, point, entering, normal, wo, distance, came, hits)
         hits = hits if isinstance(among, slice) else take(among, hits)
         found.append(_HitGroup(number, table.surfaces[number], hits, data, Evaluation(data)))
     return found

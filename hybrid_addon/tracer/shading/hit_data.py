@@ -12,6 +12,17 @@ from numpy.typing import NDArray
 
 from ...scene import Float32, Float64, Texture
 from ..core.constants import BUMP_STEP
+from ..core.rays import (
+    CAMERA_RAY,
+    DIFFUSE,
+    REFLECTED_RAY,
+    SHADOW_RAY,
+    SHARP,
+    TRANSMISSIONS,
+    TRANSMITTED_RAY,
+    TRAVELLED,
+    RayState,
+)
 from ..core.vectors import (
     ALL,
     Array,
@@ -39,16 +50,17 @@ class HitData:
     prim, point : (n,) and (3, n).   entering : (n,) bool, seen from the primitive's outer side.
     normal, wo  : (3, n) shading normal on the side of wo, and the direction to the eye.
     distance    : (n,) metres that the ray came.
+    came        : of those rays; None: camera rays, or nobody asks.
     """
 
     def __init__(
         self, geometry: Geometry, surface: int, prim: Numbers, point: Float64, entering: NDArray[np.bool_],
-        normal: Float32, wo: Float32, distance: Float64, index: Index = ALL,
+        normal: Float32, wo: Float32, distance: Float64, came: RayState | None = None, index: Index = ALL,
     ) -> None:  # fmt: skip
         """The hits `index` of those that the arrays are of."""
         self.geometry, self.surface, self.prim = geometry, surface, take(prim, index)
         self._of_all = {"point": point, "entering": entering, "normal": normal, "wo": wo, "distance": distance}
-        self._index = index
+        self._came, self._index = came, index
         self._layout = geometry.layouts[surface] if geometry.layouts else {}
 
     @cached_property
@@ -71,6 +83,14 @@ class HitData:
     def distance(self) -> Float64:  # noqa: D102
         return take(self._of_all["distance"], self._index)
 
+    @cached_property
+    def came(self) -> RayState:  # noqa: D102
+        if self._came is not None:
+            return self._came.take(self._index)
+        n = len(self.prim)
+        none = np.zeros(n, np.int16)
+        return RayState(np.full(n, CAMERA_RAY), none, none, np.zeros((4, n), np.float32))
+
     def image(self, texture: Texture, uv: Array | None) -> Float32:
         """RGBA (4, n)."""
         u, v = self._coordinates("uv:" + texture.uv_map) if uv is None else uv[:2]
@@ -85,6 +105,10 @@ class HitData:
         own = self._OWN.get(key)
         if own is not None:
             return np.asarray(own(self), np.float32)
+        if key.startswith("ray:"):
+            return np.asarray(RAY[key.removeprefix("ray:")](self), np.float32)[None]
+        if key.startswith("instance:"):
+            return self._of_instance(key.removeprefix("instance:")).astype(np.float32)
         if key.startswith("uv:"):
             return np.stack([*self._coordinates(key), np.zeros(len(self.prim))]).astype(np.float32)
         found = self._interpolated(key).astype(np.float32)
@@ -99,6 +123,13 @@ class HitData:
         "backfacing": lambda hits: ~hits.entering[None],
         "cosine": lambda hits: dot(hits.normal, hits.wo)[None],
     }
+
+    def _of_instance(self, key: str) -> Float64:
+        """(width, n) of the instances that are hit; 0 where they have none, or nothing reads it."""
+        values = self.geometry.object_values.get(key)
+        if values is None:
+            return np.zeros((4, len(self.prim)))
+        return np.asarray(values.take(self.geometry.object.take(self.prim), axis=0).T)
 
     @property
     def _true_normal(self) -> Float32:
@@ -134,7 +165,7 @@ class HitData:
         for direction in (first, cross(normal, first)):
             there = HitData(
                 self.geometry, self.surface, self.prim, self.point + direction * step, self.entering, self.normal,
-                self.wo, self.distance,
+                self.wo, self.distance, self.came,
             )  # fmt: skip
             result += direction * ((value(there)[0].astype(np.float64) - here[0]) / step)
         return result * signs(self.entering)
@@ -183,6 +214,40 @@ class HitData:
         if len(on_plane):
             u[on_plane], v[on_plane] = _plane_coordinates(geometry.facets[prim[on_plane], :3].T, point[:, on_plane])
         return u, v
+
+
+def _kind(*kinds: np.uint8) -> Callable[[HitData], Array]:
+    """Whether rays are of these kinds. What a diffuse surface sees is no camera's."""
+    return lambda hits: np.isin(hits.came.kind, kinds) & (hits.came.history[DIFFUSE] == 0)
+
+
+def _depth(hits: HitData) -> Array:
+    """All bounces; a shadow ray is one further, as it is in Cycles."""
+    return np.asarray(hits.came.depth + hits.came.history[DIFFUSE] + (hits.came.kind == SHADOW_RAY))
+
+
+def _glossy_depth(hits: HitData) -> Array:
+    return np.asarray(hits.came.depth - hits.came.history[TRANSMISSIONS])
+
+
+RAY: dict[str, Callable[[HitData], Array]] = {
+    "Is Camera Ray": _kind(CAMERA_RAY),
+    "Is Shadow Ray": lambda hits: hits.came.kind == SHADOW_RAY,
+    "Is Diffuse Ray": lambda hits: (hits.came.kind == CAMERA_RAY) & (hits.came.history[DIFFUSE] > 0),
+    "Is Glossy Ray": lambda hits: np.isin(hits.came.kind, (REFLECTED_RAY, TRANSMITTED_RAY)),
+    "Is Singular Ray": lambda hits: hits.came.history[SHARP],
+    "Is Reflection Ray": lambda hits: (hits.came.kind == REFLECTED_RAY) | RAY["Is Diffuse Ray"](hits),
+    "Is Transmission Ray": lambda hits: hits.came.kind == TRANSMITTED_RAY,
+    "Ray Length": lambda hits: hits.came.history[TRAVELLED] + hits.distance,
+    "Ray Depth": _depth,
+    "Diffuse Depth": lambda hits: hits.came.history[DIFFUSE],
+    "Glossy Depth": _glossy_depth,
+    "Transparent Depth": lambda hits: hits.came.straight,
+    "Transmission Depth": lambda hits: hits.came.history[TRANSMISSIONS],
+}
+"""(n,) what surfaces may ask of the rays that see them, by Light Path's outputs, as Cycles answers (svm/light_path.h
+and path_state_next in integrator/path_state.h): a refracted ray is glossy, too, one that went straight on is what it
+was. Rays know no diffuse bounce but that of photons, no volumes and no portals."""
 
 
 def _plane_coordinates(normal: Float64, point: Float64) -> tuple[Float64, Float64]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...scene import Float32, Float64
 from ..core.constants import FROSTED_ROUGHNESS
-from ..core.rays import Rays, offset_origin, origin_offset
+from ..core.rays import Rays, RayState, offset_origin, origin_offset, state_of
 from ..core.sampler import Draws
 from ..core.vectors import ALL, Index, count, dot, most, put, select, signs, take
 from ..geometry.aggregate import Hits, barycentrics
@@ -41,6 +41,7 @@ class Interaction:
     outer       : (3, n) float32, origin of new rays on the side of wo
     media       : (rows, n) int32, solids around the hit on the side of wo; None: nothing absorbs shadow rays
     draws       : its random numbers; None: shadows are hard
+    came        : how the rays came that hit; None: no surface asks
     sides       : the media around hits where more than one surface is passed; None: nowhere
     share       : (n,) float32, of the weights of all closures there, that of this one; None: it is alone
     """
@@ -59,6 +60,7 @@ class Interaction:
     outer: Float32
     media: NDArray[np.int32] | None = None
     draws: Draws | None = None
+    came: RayState | None = None
     sides: Sides | None = None
     share: Float32 | None = None
 
@@ -112,6 +114,7 @@ class Interaction:
             outer=take(self.outer, index),
             media=None if self.media is None else take(self.media, index),
             draws=None if self.draws is None else self.draws.take(index),
+            came=None if self.came is None else self.came.take(index),
             sides=None if self.sides is None else self.sides.take(index),
             share=None if self.share is None else take(self.share, index),
         )
@@ -149,6 +152,7 @@ def interact(
         outer=offset_origin(point, n_geometric, offset),
         media=media,
         draws=draws,
+        came=state_of(rays),
     )
 
 

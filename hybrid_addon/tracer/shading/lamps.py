@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ...scene import Float32, Float64
 from ..core.constants import SHADOW_REACH
-from ..core.rays import REFLECTED_RAY, Rays, offset_origin, origin_offset
+from ..core.rays import REFLECTED_RAY, Rays, offset_origin, origin_offset, state_of
 from ..core.stats import Stats
 from ..core.vectors import Array, count, flatnonzero, no_brighter, select, take
 from ..emitters.light import CompiledLight
@@ -111,7 +111,7 @@ def _seen_past(
     media = None if scene.media.shadow_absorption is None else rays.media
     left = np.asarray(distance - hits.t, np.float32)
     inside = np.zeros(len(rays), bool)
-    return visibility(scene, scene.blockers(lamp), direction, left, origin, inside, media, stats)[0]
+    return visibility(scene, scene.blockers(lamp), direction, left, origin, inside, media, stats, state_of(rays))[0]
 
 
 def brightest_lamp(scene: CompiledScene) -> float:

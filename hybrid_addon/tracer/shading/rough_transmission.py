@@ -72,4 +72,10 @@ def _seen(scene: CompiledScene, at: Interaction, lamp: CompiledLight, light: Flo
     square = at.draws.square(lamp.key, 0, 1) if at.draws is not None and is_spread else None
     wi, distance = lamp.shadow_rays(at.inner(ALL), -at.n_geometric, square)
     inside = np.zeros(len(at.prim), bool)
-    return light * visibility(scene, scene.blockers(lamp), wi, distance, at.inner(ALL), inside, None, stats)[0]
+    blockers, inner = scene.blockers(lamp), at.inner(ALL)
+    return (
+        light
+        * visibility(scene, blockers, wi, distance, inside=inside, origin=inner, media=None, stats=stats, came=at.came)[
+            0
+        ]
+    )

@@ -3,16 +3,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, fields
+from functools import partial
 from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene import Float32
+from ...scene import Float32, Float64
 from ..core.constants import MAX_SHADOW_CROSSINGS, SHADOW_REACH
-from ..core.rays import offset_origin, origin_offset, traceable
+from ..core.rays import RayState, offset_origin, origin_offset, shadow_state, traceable
 from ..core.stats import Stats
 from ..core.vectors import ALL, Array, Index, count, flatnonzero, select, take, write
 from ..emitters.light import CompiledLight
@@ -29,6 +30,7 @@ Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
 
 NOTHING = np.zeros(0, np.intp)
+STATE = tuple(field.name for field in fields(RayState))
 
 TOGETHER = 1 << 13
 """Shadow rays, of several lights or points of lights, that are followed at once. A question costs a millisecond however
@@ -62,6 +64,7 @@ class _Beam:
 
     inside : (m,) bool, they start behind surfaces that transmit.
     media  : (rows, m), the solids around their origins.
+    came   : how the rays came that hit there; None: no surface asks.
     """
 
     blockers: ShadowCasters
@@ -71,6 +74,7 @@ class _Beam:
     wi: Float32
     distance: Float32
     media: Stack | None
+    came: RayState | None
 
     def __len__(self) -> int:
         result: int = self.origin.shape[1]
@@ -114,9 +118,10 @@ def _beams(
     if media is not None and blockers.hollow is not None:
         media = scene.media.without(media, blockers.hollow)
     draws = None if hit.draws is None or samples == 0 else hit.draws.take(wanted)
+    came = None if hit.came is None else hit.came.take(wanted)
     for part in range(max(samples, 1)):
         square = None if draws is None else draws.square(light.key, part, samples)
-        yield _Beam(blockers, wanted, origin, inside, *light.shadow_rays(origin, normal, square), media)
+        yield _Beam(blockers, wanted, origin, inside, *light.shadow_rays(origin, normal, square), media, came)
 
 
 def _visibilities(scene: CompiledScene, beams: Iterable[_Beam], stats: Stats) -> Iterator[tuple[Array, Numbers]]:
@@ -137,7 +142,9 @@ def _visibility_of(scene: CompiledScene, beams: list[_Beam], stats: Stats) -> It
     names = "wi", "distance", "origin", "inside"
     wi, distance, origin, inside = (_joined([getattr(b, name) for b in beams]) for name in names)
     media = _joined([b.media for b in beams if b.media is not None]) if beams[0].media is not None else None
-    share, cut = visibility(scene, beams[0].blockers, wi, distance, origin, inside, media, stats)
+    states = [b.came for b in beams if b.came is not None]
+    came = RayState(*(_joined([getattr(s, name) for s in states]) for name in STATE)) if states else None
+    share, cut = visibility(scene, beams[0].blockers, wi, distance, origin, inside, media, stats, came)
     start = 0
     for beam in beams:
         stop = start + len(beam)
@@ -160,12 +167,14 @@ def visibility(
     inside: Bools,
     media: Stack | None,
     stats: Stats,
+    came: RayState | None = None,
 ) -> tuple[Array, Numbers]:
     """What share, (n,) or (3, n), of the light `distance` (n,) along wi (3, n) gets to the origins (3, n).
 
     And which rays (k,), ascending, were not followed to their ends: they count as blocked.
 
     inside : (n,) bool, rays that are likely to meet something.   media : (rows, n), the solids around the origins.
+    came   : how the rays came that hit these; None: camera rays, or no surface asks.
     """
     # Rays that Embree cannot digest are not sent.
     t_max = distance * np.float32(SHADOW_REACH)
@@ -188,7 +197,8 @@ def visibility(
     blocked = select(is_blocked)
     media = None if media is None else take(media, blocked)
     way = take(origin, blocked), take(wi, blocked), take(t_max, blocked)
-    passed, exhausted = _transmittance(scene, blockers, *way, media, stats)
+    came = None if came is None else came.take(blocked)
+    passed, exhausted = _transmittance(scene, blockers, *way, media, stats, came)
     if len(exhausted):
         cut = np.union1d(cut, exhausted if isinstance(blocked, slice) else blocked[exhausted])
     if isinstance(blocked, slice):
@@ -207,6 +217,7 @@ def _transmittance(
     t_max: Float32,
     media: Stack | None,
     stats: Stats,
+    came: RayState | None,
 ) -> tuple[Float32, Numbers]:
     """Product (3, n) over the surfaces on straight shadow rays of (1-r)(1-o)(1-F) transmission_tint: 0 for opaque ones.
 
@@ -216,10 +227,10 @@ def _transmittance(
     """
     geometry, absorption = scene.geometry, scene.media.shadow_absorption
     result = np.ones(wi.shape, np.float32)
-    # Of the rays that are on their way: which they are, how far it is, and what is left of their light; None: all.
-    active, d, reach = np.arange(wi.shape[1]), wi, t_max.astype(np.float64)
+    # Of the rays that are on their way: which they are, how far it is, how far they came; what is left; None: all.
+    active, d, reach, travelled = np.arange(wi.shape[1]), wi, t_max.astype(np.float64), np.zeros(wi.shape[1])
     left = None if media is None or absorption is None else result
-    for _ in range(MAX_SHADOW_CROSSINGS):
+    for number in range(MAX_SHADOW_CROSSINGS):
         # To the next surface, or to the light; what lies between may absorb.
         stats.add("shadow_steps", len(active))
         hits = blockers.casts.nearest(origin, d, stats)
@@ -239,7 +250,8 @@ def _transmittance(
         hits, active, origin, d = hits.take(crossed), active[crossed], take(origin, crossed), take(d, crossed)
         # The surface lets some of it through.
         prim, entering = hits.prim.astype(np.intp), hits.toward < 0
-        passed = _passed(scene, prim, hits, origin, d)
+        travelled = take(travelled, crossed)
+        passed = _passed(scene, prim, hits, origin, d, partial(_crossing, came, active, number, travelled))
         left = passed if left is None else take(left, crossed) * passed
         # Go on behind the surface, unless nothing is left.
         going = (left > 0).any(axis=0)
@@ -253,7 +265,7 @@ def _transmittance(
         active, d, left, hits = active[alive], take(d, alive), take(left, alive), hits.take(alive)
         point = d * hits.t
         point += take(origin, alive)
-        reach = take(take(reach, crossed), alive) - hits.t
+        reach, travelled = take(take(reach, crossed), alive) - hits.t, take(travelled, alive) + hits.t
         offset = origin_offset(point.astype(np.float32), geometry.extent.take(hits.prim))
         offset *= np.sign(hits.toward).astype(np.float32)
         origin = offset_origin(point, hits.normal, offset)
@@ -262,24 +274,37 @@ def _transmittance(
     return result, active
 
 
-def _passed(scene: CompiledScene, prim: Numbers, hits: Hits, origin: Float32, d: Float32) -> Float32:
-    """What share (3, n) shadow rays, from origins along d, keep of their light at a surface that they cross."""
+def _crossing(came: RayState | None, active: Numbers, crossed: int, travelled: Float64, told: Numbers) -> RayState:
+    """The state of the shadow rays `told` of those that are on their way, `active` of all."""
+    return shadow_state(came, active[told], len(told), crossed, travelled[told])
+
+
+def _passed(
+    scene: CompiledScene, prim: Numbers, hits: Hits, origin: Float32, d: Float32, state: Callable[[Numbers], RayState]
+) -> Float32:
+    """What share (3, n) shadow rays, from origins along d, keep of their light at a surface that they cross.
+
+    state : of those of them that it is asked for.
+    """
     table, surface = scene.surfaces, scene.geometry.surface.take(prim)
     if not table.closure_count.take(surface).any():
-        return _passed_closures(scene, surface, prim, hits, origin, d)
+        return _passed_closures(scene, surface, prim, hits, origin, d, state)
     # Each closure lets its share pass.
     owner, row, part = table.closures_of(surface)
     entering, normal = hits.toward < 0, hits.normal * -np.sign(hits.toward).astype(np.float32)
-    way = prim, surface, origin + d * hits.t, entering, normal, -d, np.zeros(len(prim))
+    came = state(np.arange(len(prim)))
+    way = prim, surface, origin + d * hits.t, entering, normal, -d, hits.t, came
     weight = closure_weights(scene.geometry, table, *way, owner, row, part)
-    share = weight * _passed_closures(scene, row, prim[owner], hits.take(owner), origin[:, owner], d[:, owner])
+    rays = hits.take(owner), origin[:, owner], d[:, owner]
+    share = weight * _passed_closures(scene, row, prim[owner], *rays, lambda told: state(owner[told]))
     starts = flatnonzero(np.diff(owner, prepend=-1))
     return np.asarray(np.add.reduceat(share, starts, axis=1), np.float32)
 
 
 def _passed_closures(
-    scene: CompiledScene, surface: Numbers, prim: Numbers, hits: Hits, origin: Float32, d: Float32
-) -> Float32:
+    scene: CompiledScene, surface: Numbers, prim: Numbers, hits: Hits, origin: Float32, d: Float32,
+    state: Callable[[Numbers], RayState],
+) -> Float32:  # fmt: skip
     """The same of single closures `surface` (n,)."""
     table = scene.surfaces
     cos = np.abs(hits.toward)
@@ -287,12 +312,12 @@ def _passed_closures(
     told = flatnonzero(table.varies_through.take(surface))
     if len(told):
         way = take(origin, told), take(d, told)
-        seen = resolve_crossings(scene.geometry, table, surface, told, hits.take(told), *way, seen)
+        seen = resolve_crossings(scene.geometry, table, surface, told, hits.take(told), *way, state(told), seen)
     ior = table.ior.take(surface) if seen.ior is None else seen.ior
     thin = scene.media.is_thin(prim)
     once = fresnel_dielectric(cos.astype(np.float32), ior.astype(np.float32))
     fresnel, tint = both_faces(once, seen.value("tint", ALL), thin)
-    share = seen.value("interface", ALL) * passed(fresnel, table.reflects.take(surface))
+    share: Array = seen.value("interface", ALL) * passed(fresnel, table.reflects.take(surface))
     if scene.settings.caustics == "SIMPLE":
         focused = simple_caustic(cos, ior)
         share = share * (focused if thin is None else np.where(thin, 1.0, focused))

@@ -10,7 +10,17 @@ from numpy.typing import NDArray
 
 from ...scene import Float32, Float64
 from ..core.constants import MAX_STRAIGHT_CROSSINGS, MIRROR_ROUGHNESS, MISS
-from ..core.rays import NO_BRANCH, REFLECTED_RAY, REFLECTION, REFRACTION, TRANSMITTED_RAY, Rays
+from ..core.rays import (
+    NO_BRANCH,
+    REFLECTED_RAY,
+    REFLECTION,
+    REFRACTION,
+    SHARP,
+    TRANSMISSIONS,
+    TRANSMITTED_RAY,
+    TRAVELLED,
+    Rays,
+)
 from ..core.stats import Stats
 from ..core.vectors import Index, count, flatnonzero, largest_component, most, normalize, put, select, take
 from ..film.ended_rays import count_ended, in_units
@@ -41,6 +51,7 @@ class Split:
     unlit : (n,) bool, the light of lamps that the reflected ray would meet is in the hit's highlight.
     bends : (n,) bool, a transmitted ray is refracted; otherwise it goes straight on and spends no bounce.
     cos_i, eta : (n,) float64, on the shading normal, where it bends.
+    blurs : (n,) bool, its rays leave by microfacets, not as from a mirror.
     """
 
     reflected: Float32
@@ -49,6 +60,7 @@ class Split:
     bends: Bools
     cos_i: Float64
     eta: Float64
+    blurs: Bools
 
     def scaled(self, factor: float) -> Split:
         """All that is mirrored or bent counts so many times."""
@@ -75,7 +87,7 @@ def spawn(
     if drawn is not None:
         reflected, transmitted = drawn.share(split.reflected, split.transmitted, split.bends)
         unlit = at.has_highlight & drawn.is_rough
-        split = replace(split, reflected=reflected, transmitted=transmitted, unlit=unlit)
+        split = replace(split, reflected=reflected, transmitted=transmitted, unlit=unlit, blurs=drawn.is_rough)
     blurred = are_blurred(scene, at)
     if blurred is not None:
         split = _add_blurred(scene, rays, at, split, blurred, sample_buffer)
@@ -122,17 +134,18 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
         relative[~take(is_optical, optical)] = 1.0
         cos_i[optical], eta[optical] = cosine, relative
         fresnel[optical] = fresnel_dielectric(cosine, relative)
-    bends = eta != 1
+    bends, blurs = eta != 1, at.value("lobe_roughness") > MIRROR_ROUGHNESS
     if thin is not None:
         fresnel, tint = both_faces(fresnel, tint, thin)
         bends &= ~thin
     return Split(
         reflected=rays.throughput * (at.value("mirror") + at.value("interface_tint") * (interface * fresnel)),
         transmitted=rays.throughput * (tint * (interface * passed(fresnel, at.table.reflects.take(at.surface)))),
-        unlit=at.has_highlight & (at.value("lobe_roughness") > MIRROR_ROUGHNESS),
+        unlit=at.has_highlight & blurs,
         bends=bends,
         cos_i=cos_i,
         eta=eta,
+        blurs=blurs,
     )
 
 
@@ -223,14 +236,15 @@ def _child(
     index: Index,
     origin: Float32,
     direction: Float32,
-    weight: Float32,
+    split: Split,
     media: NDArray[np.int32],
     unlit: Bools,
     closure: NDArray[np.int32],
     path_kind: np.uint32,
 ) -> Rays:
     """Rays that the hits `index` bend, one bounce deeper. path_kind: REFLECTED or TRANSMITTED."""
-    n = origin.shape[1]
+    n, blurs = origin.shape[1], take(split.blurs, index)
+    weight = split.reflected if path_kind == REFLECTED else split.transmitted
     return Rays(
         origin=origin,
         direction=direction,
@@ -246,7 +260,18 @@ def _child(
         closure=closure,
         path=child_path(take(rays.path, index), path_kind),
         branch=_child_branch(take(rays.branch, index), path_kind),
+        history=_child_history(take(rays.history, index), path_kind, blurs),
     )
+
+
+def _child_history(history: Float32, kind: np.uint32, blurs: Bools) -> Float32:
+    """Histories (rows, n) of new rays, which start where the last one ended."""
+    if len(history) == 0:
+        return history
+    history = history.copy()
+    history[TRANSMISSIONS] += kind == TRANSMITTED
+    history[SHARP], history[TRAVELLED] = ~blurs, 0
+    return history
 
 
 def _child_branch(branch: NDArray[np.uint8], kind: np.uint32) -> NDArray[np.uint8]:
@@ -264,7 +289,7 @@ def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, stats: S
     media, unlit, closure = take(rays.media, index), take(split.unlit, index), take(rays.closure, index)
     if at.sides is not None:
         media = at.sides.amend(media, index, beyond=False)
-    return _child(rays, at, index, take(at.outer, index), direction, split.reflected, media, unlit, closure, REFLECTED)
+    return _child(rays, at, index, take(at.outer, index), direction, split, media, unlit, closure, REFLECTED)
 
 
 def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, stats: Stats) -> Rays:
@@ -281,8 +306,7 @@ def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, 
     media, closure = _beyond(scene, rays, at, index, stats), take(rays.closure, index)
     if len(closure):
         closure = np.where(take(at.entering, index), take(at.surface, index), MISS).astype(np.int32)[None]
-    inner = at.inner(index)
-    return _child(rays, at, index, inner, direction, split.transmitted, media, unlit, closure, TRANSMITTED)
+    return _child(rays, at, index, at.inner(index), direction, split, media, unlit, closure, TRANSMITTED)
 
 
 def _beyond(scene: CompiledScene, rays: Rays, at: Interaction, index: Index, stats: Stats) -> NDArray[np.int32]:
@@ -295,7 +319,10 @@ def _straight(
     scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, t: Float64, stats: Stats
 ) -> Rays:
     """Rays through index-matched surfaces: the same ray goes on behind, and no bounce is spent."""
-    path, branch = take(rays.path, index), take(rays.branch, index)
+    path, branch, history = (take(part, index) for part in (rays.path, rays.branch, rays.history))
+    if len(history):
+        history = history.copy()
+        history[TRAVELLED] += take(t, index)
     on = replace(
         rays.take(index),
         origin=at.inner(index),
@@ -305,6 +332,7 @@ def _straight(
         media=_beyond(scene, rays, at, index, stats),
         path=child_path(path, TRANSMITTED),
         branch=_child_branch(branch, TRANSMITTED),
+        history=history,
     )
     stats.add("straight", len(on))
     return on

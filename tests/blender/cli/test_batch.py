@@ -263,7 +263,7 @@ api.render = lambda *given, **named: (time.sleep(0.3), render(*given, **named))[
 def test_killed_in_the_middle_of_writing_it_goes_on_where_it_was(blend, tmp_path, capfd):
     arguments = render(blend, tmp_path / "o##.png", "--animation", "--skip-existing", "--report", tmp_path / "r.json")
     process = start(KILL, arguments)
-    printed, _ = process.communicate(timeout=100)
+    printed, _ = process.communicate(timeout=600)
     assert process.returncode == -signal.SIGKILL, printed
     assert names(tmp_path, "o*") == ["o01.png"]
     assert [f["frame"] for f in json.loads((tmp_path / "r.json").read_text())["frames"][:1] or [1]] == [1]
@@ -284,7 +284,7 @@ def test_two_writers_share_the_frames(blend, tmp_path):
     """Each frame is rendered, and by one of them only."""
     arguments = render(blend, tmp_path / "o##.png", "--frames", "1-8", "--skip-existing")
     writers = [start(SLOW, arguments) for _ in range(2)]
-    printed = [writer.communicate(timeout=100)[0] for writer in writers]
+    printed = [writer.communicate(timeout=600)[0] for writer in writers]
     assert [writer.returncode for writer in writers] == [0, 0], printed
     assert len(names(tmp_path, "o*.png")) == 8
     rendered = [re.findall(r"frame (\d+): \S+ \(", text) for text in printed]

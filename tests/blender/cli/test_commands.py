@@ -231,7 +231,7 @@ def test_without_opengl_hybrid_says_so_and_full_still_works(blend, tmp_path):
 
     def run(mode):
         command = [sys.executable, "-m", "hybrid_addon", *render(blend, tmp_path / f"{mode}.png", mode=mode)]
-        return subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=200)
+        return subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=600)
 
     refused = run("hybrid")
     assert refused.returncode == 2

@@ -72,7 +72,7 @@ def program(tmp_path):
 
 def openjd(*arguments):
     process = subprocess.run(
-        [*OPENJD, *map(str, arguments)], text=True, timeout=120, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        [*OPENJD, *map(str, arguments)], text=True, timeout=600, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     )
     return process.returncode, process.stdout
 
@@ -112,7 +112,7 @@ def test_flamenco_job_type_makes_commands_that_render(blend, tmp_path, capfd):
                 "render_output_path": str(output)}  # fmt: skip
     process = subprocess.run(
         ["node", "-e", FLAMENCO, ROOT / "farm" / "flamenco" / "hybrid_render.js", json.dumps(settings)],
-        text=True, timeout=60, capture_output=True,
+        text=True, timeout=600, capture_output=True,
     )  # fmt: skip
     assert process.returncode == 0, process.stderr
     compiled = json.loads(process.stdout)

@@ -74,7 +74,7 @@ def composite(blend, output):
     """Render it in a process that has never heard of the add-on."""
     environment = {k: v for k, v in os.environ.items() if k not in {"DISPLAY", "WAYLAND_DISPLAY", "PYTHONPATH"}}
     process = subprocess.run(
-        [sys.executable, "-c", PLAIN, blend, output], cwd=output.parent, env=environment, text=True, timeout=100,
+        [sys.executable, "-c", PLAIN, blend, output], cwd=output.parent, env=environment, text=True, timeout=600,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
     )  # fmt: skip
     assert process.returncode == 0, process.stdout

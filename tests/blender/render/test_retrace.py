@@ -12,7 +12,7 @@ from hybrid_addon.blender.api import HybridError, disable, enable, mark, render
 from hybrid_addon.blender.api import retrace as trace_again
 from hybrid_addon.blender.pipeline import scene_setup
 from hybrid_addon.blender.render import retrace
-from hybrid_addon.blender.render.snapshot import Snapshot
+from hybrid_addon.blender.render.snapshot import Snapshot, digest
 
 pytestmark = pytest.mark.blender
 
@@ -237,3 +237,16 @@ def test_a_snapshot_knows_what_is_given_to_geometry_nodes(scene):
     else:
         modifier[name] = 2.0
     assert "Cube" in before.reason(scene, thorough=True)
+
+
+def test_a_snapshot_knows_custom_properties_that_materials_may_read(scene):
+    b_object = bpy.data.objects["Cube"]
+    before = digest(b_object)
+    b_object["tint"] = [0.1, 0.2, 0.3]
+    after = digest(b_object)
+    b_object["tint"][1] = 0.25
+    assert len({before, after, digest(b_object)}) == 3
+    b_object.hybrid.ior = 1.7
+    told = digest(b_object)
+    b_object.hybrid.ior = 1.2
+    assert told == digest(b_object), "values of ours change nothing that EEVEE draws"

@@ -127,7 +127,7 @@ class Stage:
             made = translate_world(bpy.context.evaluated_depsgraph_get(), scene, Images(warn), warn)
         else:
             made = translate_material(self.b_id, Images(warn), warn)
-        return contents(made), set(warn)
+        return contents(made), set(warn.each())
 
 
 def picture():
@@ -219,8 +219,8 @@ PARTLY = ("ShaderNodeMapRange",)
 """Followed in most of their settings."""
 
 
-NEVER_WHOLE = ("ShaderNodeLightPath", "ShaderNodeVolumePrincipled")
-"""They bring a warning whatever is set: rays are the camera's, volumes scatter nothing."""
+NEVER_WHOLE = ("ShaderNodeVolumePrincipled",)
+"""They bring a warning whatever is set: volumes scatter nothing."""
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind in SOCKETS and not is_named_whole(kind)])

@@ -15,7 +15,7 @@ from hybrid_addon.blender.sync.settings import CustomSurface
 from hybrid_addon.blender.sync.shaders import shares
 from hybrid_addon.blender.sync.sums import added
 from hybrid_addon.blender.sync.sums import mixed as blend
-from hybrid_addon.expressions import walk
+from hybrid_addon.expressions import reads_of_instance, reads_ray, walk
 from hybrid_addon.scene import BLACK, WHITE, Expression, Surface
 
 pytestmark = pytest.mark.blender
@@ -340,16 +340,34 @@ def test_groups_within_groups(material):
     assert material.shade(b_shader).reflectivity == 0.375
 
 
-def test_light_path_switches_show_what_the_camera_sees(material):
-    b_path, b_mix = material.add("ShaderNodeLightPath"), material.add("ShaderNodeMixShader")
-    glossy, diffuse = material.add("ShaderNodeBsdfAnisotropic", Roughness=0.0), material.add("ShaderNodeBsdfDiffuse")
-    material.link(glossy.outputs[0], b_mix.inputs[1])
-    material.link(diffuse.outputs[0], b_mix.inputs[2])
-    material.link(b_path.outputs["Is Shadow Ray"], b_mix.inputs[0])
-    assert material.shade(b_mix).reflectivity == 1.0
-    material.link(b_path.outputs["Is Camera Ray"], b_mix.inputs[0])
-    assert material.surface().reflectivity == 0.0
-    assert len(list(material.warn)) == 2
+def test_light_path_is_asked_of_each_ray(material):
+    b_path, b_shader = material.add("ShaderNodeLightPath"), material.add("ShaderNodeEmission")
+    for output, asks in (("Is Shadow Ray", True), ("Ray Length", True), ("Is Volume Scatter Ray", False)):
+        material.link(b_path.outputs[output], b_shader.inputs["Color"])
+        assert reads_ray(material.shade(b_shader)) == asks
+    assert list(material.warn) == []
+
+
+def test_material_index_is_a_number_and_the_rest_of_object_info_is_the_instances(material):
+    b_info, b_shader = material.add("ShaderNodeObjectInfo"), material.add("ShaderNodeEmission")
+    material.b_material.pass_index = 3
+    for output, emission, read in (
+        ("Material Index", (3.0, 3.0, 3.0), set()),
+        ("Random", None, {"random"}),
+        ("Color", None, {"color"}),
+    ):
+        material.link(b_info.outputs[output], b_shader.inputs["Color"])
+        surface = material.shade(b_shader)
+        assert reads_of_instance(surface) == read
+        assert emission is None or surface.emission == emission
+
+
+def test_a_constant_on_a_normal_input_is_the_surfaces_normal(material):
+    b_shader, b_normal = material.add("ShaderNodeBsdfDiffuse"), material.add("ShaderNodeCombineXYZ", Z=1.0)
+    assert material.shade(b_shader).normal is None
+    material.link(b_normal.outputs[0], b_shader.inputs["Normal"])
+    normal = material.shade(b_shader).normal
+    assert (normal.operation, normal.inputs) == ("held", ((0.0, 0.0, 1.0),))
 
 
 def test_links_that_are_not_followed_are_named_and_the_default_is_used(material):
@@ -388,9 +406,9 @@ def test_a_shader_tree_in_a_loop_ends(material):
 
 def test_a_grey_object_becomes_a_lossless_mirror_or_clear_glass(material):
     grey = principled(material)
-    mirror = customised(grey, CustomSurface(1.0, 1.0, 1.5))
+    mirror = customised(grey, CustomSurface((1.0, 1.0, 1.5)))
     assert (mirror.reflectivity, mirror.reflection_tint) == (1.0, WHITE)
-    glass = customised(grey, CustomSurface(0.0, 0.0, 1.5))
+    glass = customised(grey, CustomSurface((0.0, 0.0, 1.5)))
     assert shares(glass) == (0, 0, 1)
     assert (glass.transmission_tint, glass.ior) == (WHITE, 1.5)
     assert glass.base_color == grey.base_color
@@ -398,16 +416,17 @@ def test_a_grey_object_becomes_a_lossless_mirror_or_clear_glass(material):
 
 def test_gold_stays_gold_and_green_glass_stays_green(material):
     gold = principled(material, Base_Color=(*GOLD, 1), Metallic=1.0, Roughness=0.0)
-    assert customised(gold, CustomSurface(0.5, 1.0, 1.5)).reflection_tint == GOLD
+    assert customised(gold, CustomSurface((0.5, 1.0, 1.5))).reflection_tint == GOLD
     green = principled(material, Base_Color=(0.04, 0.81, 0.04, 1), Transmission_Weight=1.0, Roughness=0.0)
-    assert customised(green, CustomSurface(0.0, 0.5, 1.0)).transmission_tint == pytest.approx((0.2, 0.9, 0.2))
+    assert customised(green, CustomSurface((0.0, 0.5, 1.0))).transmission_tint == pytest.approx((0.2, 0.9, 0.2))
 
 
 def test_each_pair_of_material_and_settings_is_one_surface(material):
     warn = Warnings()
     surfaces = Surfaces(Images(warn), warn)
-    custom = CustomSurface(1.0, 1.0, 1.5)
-    pairs = [(material.b_material, None), (material.b_material, custom), (None, None), (None, custom)]
+    custom = CustomSurface((1.0, 1.0, 1.5))
+    nothing = CustomSurface(None)
+    pairs = [(material.b_material, nothing), (material.b_material, custom), (None, nothing), (None, custom)]
     assert [surfaces.index_of(*pair) for pair in pairs + pairs] == [0, 1, 2, 3] * 2
     assert [surface.reflectivity for surface in surfaces.surfaces] == [0, 1, 0, 1]
 

@@ -301,3 +301,16 @@ def test_reflection_and_refraction_are_the_parts_of_the_picture(build):
     np.testing.assert_allclose(sum_of_parts[seen], film.radiance[seen], rtol=1e-5)
     middle = film.passes["refraction"][8, 8], film.passes["reflection"][8, 8]
     assert middle[0].min() > 3 * middle[1].max() > 0  # head-on glass reflects 4 % of the world and of itself
+
+
+@pytest.mark.parametrize("key", ["ray:Is Camera Ray", "cosine"])
+@pytest.mark.parametrize("approximate", [True, False])
+def test_the_raster_knows_nothing_of_what_other_rays_are_told(build, key, approximate):
+    """A wall that glows for the camera alone is dark in the mirror, whatever the raster shows of it."""
+    glow = Expression("attribute", (), key)
+    told = room(build, wall=Surface(base_color=(0, 0, 0), emission=glow, approximate=approximate))
+    raster, _ = eevee(told.camera, gradient)
+    film = trace(replace(told, raster=raster), SETTINGS)
+    assert bool(film.hits["backed"]) == (approximate and key == "cosine")
+    if key != "cosine":
+        assert not film.radiance.any()

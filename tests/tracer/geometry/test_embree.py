@@ -102,9 +102,10 @@ def test_hazard_not_a_number_visits_the_whole_tree(build):
     scene.run(above(n), good, query="INTERSECT")
 
     def seconds(direction):
-        began = time.perf_counter()
+        """Of this thread on a processor: how busy the machine is does not show."""
+        began = time.thread_time()
         scene.run(above(n), direction, query="INTERSECT")
-        return time.perf_counter() - began
+        return time.thread_time() - began
 
     assert seconds(bad[:50]) / 50 > 10 * min(seconds(good) for _ in range(5)) / n
 
@@ -121,7 +122,7 @@ print("accepted")
 
 
 def test_hazard_wild_indices_are_accepted():
-    done = subprocess.run([sys.executable, "-c", WILD], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run([sys.executable, "-c", WILD], capture_output=True, text=True, timeout=600, check=False)
     assert "accepted" in done.stdout
 
 

@@ -59,7 +59,11 @@ def name_settings(b_struct: bpy.types.bpy_struct, owner: str, warn: Warnings) ->
         for name, status in named(PROPERTIES.get(b_type.__name__, {})):
             if _differs(getattr(b_struct, name, status.neutral), status.neutral) and status.matters(b_struct):
                 label = status.label or b_struct.bl_rna.properties[name].name
-                warn.add(f"{owner}: {label} {status.says}", status.rank)
+                text = f"{label} {status.says}"
+                if isinstance(b_struct, bpy.types.Material | bpy.types.World):
+                    warn.add(text, status.rank, owner)
+                else:
+                    warn.add(f"{owner}: {text}", status.rank)
 
 
 def name_object(b_object: bpy.types.Object, warn: Warnings) -> None:

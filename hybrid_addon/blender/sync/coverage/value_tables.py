@@ -8,7 +8,6 @@ from typing import Any
 from .scene_tables import CYCLES
 from .status import Irrelevant, Named, Table, followed, irrelevant, nodes, within
 
-OWN_NORMAL = "is not followed; the surface's own normal is used"
 NOT_FOLLOWED: Table = {"": Named("is not followed; its socket's own value is used: bake it to an image")}
 
 VALUES: dict[str, Table] = {
@@ -21,8 +20,15 @@ VALUES: dict[str, Table] = {
         **followed("Strength, Distance, Height, Normal"),
         **irrelevant("how many pixels apart EEVEE compares heights; rays compare them over one", "Filter Width"),
     },
-    "ShaderNodeFresnel": {**followed("IOR"), "Normal": Named(OWN_NORMAL)},
-    "ShaderNodeLayerWeight": {**followed("Blend"), "Normal": Named(OWN_NORMAL)},
+    "ShaderNodeFresnel": followed("IOR, Normal"),
+    "ShaderNodeLayerWeight": followed("Blend, Normal"),
+    "ShaderNodeVectorTransform": followed("Vector"),
+    "ShaderNodeVectorCurve": followed("Vector, Fac, Factor"),
+    "ShaderNodeNormal": followed("Normal"),
+    "ShaderNodeBlackbody": followed("Temperature"),
+    "ShaderNodeWavelength": followed("Wavelength"),
+    "ShaderNodeLightFalloff": {**followed("Strength"), **irrelevant("EEVEE's light falls off as it does", "Smooth")},
+    "ShaderNodeBevel": {**followed("Normal"), **irrelevant("EEVEE rounds nothing", "Radius")},
     "ShaderNodeMath": followed("Value"),
     "ShaderNodeVectorMath": followed("Vector, Scale"),
     "ShaderNodeMixRGB": followed("Fac, Factor, Color1, Color2"),
@@ -69,14 +75,13 @@ VALUES: dict[str, Table] = {
     "ShaderNodeTexWhiteNoise": followed("Vector, W"),
     "ShaderNodeTexSky": followed("Vector"),
     **nodes(
-        "TexCoord, UVMap, Attribute, VertexColor, NewGeometry, LightPath, Value, RGB, Group",
+        "TexCoord, UVMap, Attribute, VertexColor, NewGeometry, LightPath, Value, RGB, Group, ObjectInfo, CameraData,"
+        "Tangent",
         {},
     ),
     **nodes(
-        "Bevel, Blackbody, CameraData, Displacement, HairInfo, LightFalloff, Normal, ObjectInfo,"
-        "ParticleInfo, PointInfo, RadialTiling, Raycast, Script, ShaderToRGB, Squeeze, Tangent,"
-        "TexIES, TexPointDensity, UVAlongStroke, VectorCurve, VectorDisplacement, VectorTransform,"
-        "VolumeInfo, Wavelength, Wireframe",
+        "Displacement, HairInfo, ParticleInfo, PointInfo, RadialTiling, Raycast, Script, ShaderToRGB, Squeeze, TexIES,"
+        "TexPointDensity, UVAlongStroke, VectorDisplacement, VolumeInfo, Wireframe",
         NOT_FOLLOWED,
     ),
 }
