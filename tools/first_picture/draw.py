@@ -13,9 +13,9 @@ from typing import Any
 import bpy
 import numpy as np
 import OpenImageIO as oiio
+from demo import row, view_transformed
 
 import hybrid_addon as hybrid
-from demo import row, view_transformed
 from hybrid_addon.blender.render import images
 from hybrid_addon.blender.sync.image import srgb_to_linear
 from hybrid_addon.clock import Clock

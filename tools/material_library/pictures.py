@@ -10,9 +10,9 @@ from typing import Any
 
 import bpy
 import numpy as np
+from demo import view_transformed
 
 import hybrid_addon as hybrid
-from demo import view_transformed
 from hybrid_addon.blender.render import images
 from hybrid_addon.blender.sync.image import srgb_to_linear
 from hybrid_addon.measure.error_time import metrics
