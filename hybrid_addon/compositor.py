@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .scene import Float32
+from .scene import Film, Float32
+
+LEAST_THROUGHPUT = 1e-6
+"""Below it nothing is seen through: no quotient by less is asked for."""
 
 
 def premultiply(radiance: Float32, mask: Float32) -> Float32:
@@ -23,6 +26,34 @@ def premultiply(radiance: Float32, mask: Float32) -> Float32:
         np.multiply(radiance[..., channel], mask, out=picture[..., channel], where=covered)
     picture[..., 3] = mask
     return picture
+
+
+def see_through(traced: Float32, raster: Float32, mask: Float32, film: Film) -> tuple[Float32, Float32, Float32]:
+    """The traced layer, the raster and the mask where one sees straight through ray traced surfaces.
+
+    There EEVEE's picture, in which they are held out as far as they are opaque, has the background already: as much of
+    it as EEVEE lets through. Of a film with c coverage, T throughput to the background of radiance B and radiance L
+    with it, and t what EEVEE lets through of c: the traced layer is c (L - min(1, t / T) B), and of the raster
+    (1 - c + c min(T, t)) / (1 - c + c t) is left. So each has its own part, their sum does not hang on what EEVEE made
+    of the material, and an additive glow, of which EEVEE's mask is 0, stays. Elsewhere nothing changes.
+
+    Returns the layer (alpha stays 1 less that of the raster), the raster that is left, and the mask as large as c.
+    """
+    _same_size(traced, raster)
+    passed, background = film.passes["passed"], film.passes["background"]
+    shows = (passed > 0).any(axis=2) & (film.coverage > 0)
+    if not shows.any():
+        return traced, raster, mask
+    c, m = film.coverage[shows][:, None], mask[shows][:, None]
+    through, light = passed[shows], film.radiance[shows]
+    by_eevee = np.clip((c - m) / c, 0, 1)
+    share = np.minimum(by_eevee / np.maximum(through, LEAST_THROUGHPUT), 1)
+    left = (1 - c + c * np.minimum(through, by_eevee)) / np.maximum(1 - c + c * by_eevee, LEAST_THROUGHPUT)
+    result, rest, cover = traced.copy(), raster.copy(), mask.copy()
+    rest[shows, :3] = raster[shows, :3] * left
+    result[shows, :3] = c * (light - share * background[shows]) + rest[shows, :3] - raster[shows, :3]
+    cover[shows] = np.maximum(mask[shows], film.coverage[shows])
+    return result, rest, cover
 
 
 def shade(traced: Float32, raster: Float32, shadow: Float32) -> Float32:

@@ -22,7 +22,7 @@ from .film.samples import wanted_aovs
 from .parallel.pool import zeros_for
 from .prepare.compiled import CompiledScene
 from .prepare.validate import validate
-from .sampling.aovs import depth_and_normal
+from .sampling.aovs import depth_and_normal, seen_through
 from .sampling.passes import Cancelled, Pass, Passes, Progress
 from .sampling.schedule import EVEN, Sampling, sampling_error, take_samples
 from .sampling.strips import strips_of, together
@@ -66,7 +66,8 @@ def trace(
     """Trace a scene over its camera's window.
 
     mask     : (height, width); only pixels where it is not 0 are traced, and each of these gets a colour if any ray
-               traced object is in sight of it or of a neighbour. None: all pixels.
+               traced object is in sight of it or of a neighbour. None: all pixels. With the pass "background" also
+               those that may show a ray traced surface that one sees straight through.
     progress : called on this thread with the fraction done, about every 0.1 s; returning False cancels.
     deadline : on time.perf_counter's clock; what is not traced by then is given up: `schedule`, and `skipped` says so.
     cache    : of earlier frames; what has not changed since the last one is not prepared again.
@@ -88,7 +89,7 @@ def trace(
 
 def _compiled(scene: Scene, settings: Settings, mask: Float32 | None, cache: SceneCache | None) -> CompiledScene:
     """The scene prepared; nothing of it for an empty mask, unless what is out of sight may cast shadows."""
-    if mask is None or np.any(mask) or settings.raster_shadows:
+    if mask is None or np.any(mask) or settings.raster_shadows or "background" in settings.passes:
         return CompiledScene(scene, settings, cache, None if mask is None else int(np.count_nonzero(mask)))
     compiled = CompiledScene(Scene(scene.camera), settings)
     nothing = ({"what": "tracing", "why": "the mask is empty", "count": 1},)
@@ -123,6 +124,10 @@ def _render(
     shadow, light = _work_on_raster(scene, mask, stats, deadline, partial(report, 0.0))
     shadowed = scene if shadow is None else scene.shaded(shadow, light)
     ended_rays.forget(stats)
+
+    # EEVEE holds out what is seen straight through as far as it is opaque: elsewhere the mask tells of none.
+    if mask is not None and "background" in settings.passes:
+        mask = np.where(seen_through(scene, stats) & (mask == 0), np.float32(1), mask)
 
     # The picture, strip by strip.
     only_ray_traced = mask is not None and settings.camera_sees == "RAY_TRACED"

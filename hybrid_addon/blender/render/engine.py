@@ -128,8 +128,9 @@ def trace_frame(
 
     evaluate : has `depsgraph` show another frame, for motion blur.
     """
-    from ...compositor import black_out, lay_over, light_up, premultiply, shade
+    from ...compositor import black_out, lay_over, light_up, premultiply, see_through, shade
     from ...tracer import trace
+    from ...tracer.materials.surfaces import shows_background
     from ..sync import translate
 
     own = session.of(scene.name)
@@ -164,6 +165,8 @@ def trace_frame(
         )
 
     settings = tracer_settings(scene)
+    if drawn is not None and not scene.render.film_transparent and shows_background(traced_scene):
+        settings = replace(settings, passes=settings.passes | {"background", "passed"})
     _going_on(progress, "Building")
     deadline = own.deadline(scene.hybrid.time_budget, (window[2] - window[0]) * (window[3] - window[1]))
     tracing, times = partial(progress, "Tracing"), motion_blur.moments(scene, settings.samples)
@@ -177,11 +180,13 @@ def trace_frame(
             evaluate(scene.frame_current + scene.frame_subframe)
     own.sampled(film.time["develop"]["wall"])
     mask = film.coverage if mask is None else mask
-    traced = premultiply(film.radiance, mask)
-    if drawn is not None and not eevee_half.may_scatter(scene):
-        traced = black_out(traced, drawn, mask)
-    if drawn is not None and film.shadow is not None:
-        traced = shade(traced, drawn, film.shadow)
+    traced, rest, cover = premultiply(film.radiance, mask), drawn, mask
+    if drawn is not None and "background" in film.passes:
+        traced, rest, cover = see_through(traced, drawn, mask, film)
+    if rest is not None and not eevee_half.may_scatter(scene):
+        traced = black_out(traced, rest, mask)
+    if rest is not None and film.shadow is not None:
+        traced = shade(traced, rest, film.shadow)
     if albedo is not None and film.caustic is not None:
         traced = light_up(traced, film.caustic, albedo)
     if drawn is not None and lines is not None:
@@ -194,7 +199,7 @@ def trace_frame(
         settings=public_settings(scene),
         frame=scene.frame_current,
         resolution=resolution,
-        mask=mask,
+        mask=cover,
         film=film,
         counts=translation.counts,
         time=timing,
@@ -202,11 +207,13 @@ def trace_frame(
             *scene_warnings(scene),
             *translation.warnings,
             *budget_warnings(scene, timing, film),
-            *ended_warnings(film.ended, settings, traced_scene.names, float(np.mean(mask != 0)) if mask.size else 0.0),
+            *ended_warnings(
+                film.ended, settings, traced_scene.names, float(np.mean(cover != 0)) if cover.size else 0.0
+            ),
         ],
         skipped=[*notes, *left.skipped()],
     )
-    return Frame(window, drawn, mask, traced, report, data_passes(scene, film, mask)), film
+    return Frame(window, drawn, cover, traced, report, data_passes(scene, film, cover)), film
 
 
 def budget_warnings(scene: bpy.types.Scene, timing: dict[str, dict[str, float]], film: Film) -> list[str]:
@@ -331,7 +338,7 @@ def data_passes(scene: bpy.types.Scene, film: Film, mask: Float32) -> dict[str, 
     """The scene's data passes, by name in small letters: (h, w) or (h, w, 3) float32."""
     from ...tracer.film.samples import LIGHT_AOVS  # they add up with the picture: its coverage multiplies them
 
-    found = dict(film.passes)
+    found = {name: values for name, values in film.passes.items() if name not in ("background", "passed")}
     for name in found.keys() & LIGHT_AOVS:
         found[name] = found[name] * (mask if found[name].ndim == 2 else mask[..., None])
     if "RESIDUAL" in scene.hybrid.passes:

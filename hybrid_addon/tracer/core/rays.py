@@ -12,7 +12,7 @@ from ...scene import Float32, Float64
 from .constants import MISS, ORIGIN_OFFSET
 from .vectors import Array, Index, largest_component, take
 
-NO_BRANCH, REFLECTION, REFRACTION = np.uint8(0), np.uint8(1), np.uint8(2)
+NO_BRANCH, REFLECTION, REFRACTION, BACKGROUND = np.uint8(0), np.uint8(1), np.uint8(2), np.uint8(3)
 
 CAMERA_RAY, REFLECTED_RAY, TRANSMITTED_RAY, SHADOW_RAY = np.uint8(0), np.uint8(1), np.uint8(2), np.uint8(3)
 """Kinds of rays: by what bent them last. No wave has shadow rays; surfaces are told of them (see `RayState`)."""
@@ -45,7 +45,8 @@ class Rays:
     closure           : (rows, n) int32, the closure by which it was refracted into a solid, or MISS; or no rows, where
                         no surface refracts by more than one (see `closures_at`).
     branch            : (rows, n) uint8, how it left the first surface: NO_BRANCH for camera rays, REFLECTION or
-                        REFRACTION (straight through included); or no rows.
+                        REFRACTION (straight through included), BACKGROUND once a camera ray has gone straight on to
+                        what is not ray traced; or no rows.
     history           : (4, n) float32, what Light Path asks besides: diffuse bounces (1 of photons, which light what a
                         diffuse surface shows), transmissions, whether the last bounce was as sharp as a mirror's,
                         metres since then, straight crossings included; or no rows, where no surface asks.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...scene import Float32, Float64, Settings
 from ..core.constants import BUDGET_UNIT, MAX_BRANCHES, MOST_RAYS, RAYS_AHEAD
-from ..core.rays import REFLECTION, REFRACTION
+from ..core.rays import BACKGROUND, REFLECTION, REFRACTION
 from ..core.sampler import Draws, Sampler
 from ..core.vectors import flatnonzero, largest_component
 from .branch_selection import draw
@@ -27,10 +27,10 @@ Numbers = NDArray[np.intp]
 LOT = np.uint32(0x51ED270B)
 """The dimension of the random numbers that choose among branches."""
 
-LIGHT_AOVS = {"reflection": 3, "refraction": 3, "raster_backed": 1}
+LIGHT_AOVS = {"reflection": 3, "refraction": 3, "raster_backed": 1, "background": 3, "passed": 3}
 """Light passes: AOVs that add up with the picture, and their channels."""
 
-BRANCHES = {"reflection": REFLECTION, "refraction": REFRACTION}
+BRANCHES = {"reflection": (REFLECTION,), "refraction": (REFRACTION, BACKGROUND), "background": (BACKGROUND,)}
 
 
 def wanted_aovs(settings: Settings) -> list[str]:
@@ -51,7 +51,8 @@ class SampleBuffer:
     signatures : of the samples' ray trees, or None where nobody asks (see `path_hash`).
     aovs     : the light passes that are wanted, by name: "reflection" and "refraction" (3, n), the radiance that came
                by way of such a ray from the first surface; "raster_backed" (1, n), the throughput that ended at
-               raster-backed hits.
+               raster-backed hits; "background" and "passed" (3, n), the radiance of what is not ray traced and seen
+               straight through what is, and the throughput that it came by.
     first    : how many rays a camera ray may become at once, where it hits what is rough.
     sampler  : of the pixels; None: samples are told apart by their numbers alone.
     """
@@ -124,15 +125,19 @@ class SampleBuffer:
         self._add(self.radiance, sample, contribution)
         if branch is None or len(branch) == 0:
             return
-        for name, number in BRANCHES.items():
+        for name, numbers in BRANCHES.items():
             if name in self.aovs:
-                members = flatnonzero(branch[0] == number)
+                members = flatnonzero(np.isin(branch[0], numbers))
                 self._add(self.aovs[name], sample[members], contribution[:, members])
 
     def add_backed(self, sample: Numbers, throughput: Float32) -> None:
         """Note throughput (3, n) that raster-backed hits ended: its largest channel."""
         if "raster_backed" in self.aovs:
             self._add(self.aovs["raster_backed"], sample, largest_component(throughput)[None])
+
+    def add_passed(self, sample: Numbers, throughput: Float32) -> None:
+        """Note throughput (3, n) by which the background is seen straight through ray traced surfaces."""
+        self._add(self.aovs["passed"], sample, throughput)
 
     def _add(self, to: Float64, sample: Numbers, values: Float32) -> None:
         for channel, row in zip(to, values.astype(np.float64), strict=True):

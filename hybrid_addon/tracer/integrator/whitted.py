@@ -10,6 +10,7 @@ generation are in one wave, in their order: what else is in it cannot change the
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...scene import Float32
 from ..core.constants import LONGEST_WAVE, MISS
-from ..core.rays import Rays, concatenate, traceable
+from ..core.rays import BACKGROUND, Rays, concatenate, traceable
 from ..core.sampler import Sampler
 from ..core.stats import Stats
 from ..core.vectors import Index, add, count, flatnonzero, largest_component, no_brighter, select, take
@@ -97,6 +98,10 @@ def _trace_wave(
 
     # Let the solids absorb their share on the way.
     rays = scene.media.absorbed(rays, hits.t, hit)
+
+    # What is not ray traced and seen straight through what is, is the background of the picture.
+    if first_seen is None and "background" in sample_buffer.aovs:
+        rays = _mark_background(scene, rays, hits, hit, sample_buffer)
 
     # Let escaped rays see the world.
     add_escaped(scene, rays, select(~hit), sample_buffer, stats)
@@ -209,6 +214,20 @@ def _count_camera_rays(
     rays = rays.take(kept)
     sample_buffer.add_seen(rays.sample)
     return rays, hits.take(kept), take(hit, kept)
+
+
+def _mark_background(
+    scene: CompiledScene, rays: Rays, hits: Hits, hit: NDArray[np.bool_], sample_buffer: SampleBuffer
+) -> Rays:
+    """The rays, of which those that went straight on from the camera to what is not ray traced have the branch
+    BACKGROUND, as all that follow from them."""
+    ends = rays.camera & ~(hit & scene.geometry.ray_traced.take(hits.prim, mode="wrap"))
+    ends &= rays.branch[0] != BACKGROUND
+    chosen = flatnonzero(ends)
+    if len(chosen) == 0:
+        return rays
+    sample_buffer.add_passed(rays.sample[chosen], rays.throughput[:, chosen])
+    return replace(rays, branch=np.where(ends, BACKGROUND, rays.branch))
 
 
 def add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sample_buffer: SampleBuffer, stats: Stats) -> None:

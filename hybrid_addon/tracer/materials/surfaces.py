@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...expressions import ATTRIBUTE_WIDTHS, expressions_of, reads
-from ...scene import BLACK, WHITE, Expression, Float32, Float64, Surface
+from ...scene import BLACK, WHITE, Expression, Float32, Float64, Scene, Surface
 from ..core.constants import FAINT, MIRROR_ROUGHNESS, TRACED_ROUGHNESS
 from .columns import NOT_CROSSED, Columns, plain_columns
 from .dispersion import CHANNELS, dispersed, is_dispersive
@@ -86,6 +86,13 @@ class SurfaceTable:
         return np.array([s.dispersion for s in self.surfaces], np.float64)
 
     @cached_property
+    def passes_straight(self) -> Bools:
+        """(s,) whether what is behind may be seen straight through it."""
+        closures = self.transmits & self.straight & (self.closure_count == 0)
+        result: Bools = np.bincount(self.owner, closures, minlength=len(self.owner)) > 0
+        return result
+
+    @cached_property
     def mixes_glass(self) -> bool:
         """Whether some sum refracts by more than one closure."""
         count = np.bincount(self.owner, self.refracts & (self.closure_count == 0))
@@ -142,6 +149,21 @@ class SurfaceTable:
     def bounds_solids(self) -> Bools:
         """(s,) whether closed bodies of it are solids: what is clear, and has both sides if it need not have them."""
         return self.clear & (self.refracts | self.absorbs | ~(self.culled | self.shadow_culled))
+
+
+def passes_straight(surface: Surface) -> bool:
+    """Whether what is behind may be seen straight through it."""
+    if surface.closures:
+        return any(passes_straight(closure.surface) for closure in surface.closures)
+    return surface.opacity != 1.0 and surface.reflectivity != 1.0 and (surface.ior == 1.0 or surface.thin)
+
+
+def shows_background(scene: Scene) -> bool:
+    """Whether one may see straight through something ray traced."""
+    seen = {number for i in scene.instances if i.ray_traced for number in i.surfaces}
+    seen |= {ball.surface for ball in scene.spheres if ball.ray_traced}
+    seen |= {plane.surface for plane in scene.planes if plane.ray_traced}
+    return any(passes_straight(scene.surfaces[number]) for number in seen)
 
 
 def with_expressions(surface: Surface) -> Surface:

@@ -7,6 +7,7 @@ They have camera rays of their own, one a pixel: the picture is the same with th
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...scene import Float32
 from ..core.constants import NO_DEPTH
@@ -16,6 +17,33 @@ from ..prepare.compiled import CompiledScene
 from ..shading.closures import closures_at
 from ..shading.interaction import interact
 from .tiles import Pixels
+
+
+def seen_through(scene: CompiledScene, stats: Stats) -> NDArray[np.bool_]:
+    """(h, w) of the camera's window: pixels in whose filter a ray traced surface may be that one sees straight through.
+
+    One ray goes through the centre of each pixel.
+    """
+    x0, y0, x1, y1 = scene.camera.window
+    shape = y1 - y0, x1 - x0
+    result = np.zeros(shape[0] * shape[1], bool)
+    shows = scene.surfaces.passes_straight[scene.geometry.surface] & scene.geometry.ray_traced
+    for start in range(0, len(result) if shows.any() else 0, CHUNK):
+        chunk = np.arange(start, min(start + CHUNK, len(result)))
+        rays, hits = scene.shown(chunk, stats)
+        result[chunk[rays.sample[shows.take(hits.prim)]]] = True
+    reach = int(np.ceil(scene.settings.filter_radius)) + 1
+    return _grown(_grown(result.reshape(shape), reach).T, reach).T
+
+
+def _grown(marks: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
+    """Marks (h, w) spread by `reach` rows up and down."""
+    result = marks.copy()
+    for distance in range(1, min(reach, len(marks) - 1) + 1):
+        result[distance:] |= marks[:-distance]
+        result[:-distance] |= marks[distance:]
+    return result
+
 
 CHUNK = 1 << 16
 """Pixels that are worked out at once."""
