@@ -24,7 +24,7 @@ from .messages import Warnings
 from .nodes import Node, active_output, uses_nodes
 from .settings import NOTHING_OF_ITS_OWN, CustomSurface, custom_surface
 from .shaders import surface_from
-from .sums import each, singles
+from .sums import averaged, each, singles
 from .texture import NO_FRAME, FrameFacts, NodeReader
 from .volume import absorption_from
 
@@ -89,16 +89,11 @@ def customised(surface: Surface, custom: CustomSurface) -> Surface:
     """`surface` with the object's own numbers, where it has them."""
     if custom == NOTHING_OF_ITS_OWN:
         return surface
-
-    def change(closure: Surface) -> Surface:
-        closure = replace(closure, dispersion=custom.dispersion)
-        if custom.values is None:
-            return closure
-        reflectivity, opacity, ior = custom.values
-        plain = replace(closure, layered=False, thin=False, interface_tint=WHITE)
-        return replace(plain, reflectivity=reflectivity, opacity=opacity, ior=ior)
-
-    return each(surface, change)
+    if custom.values is None:
+        return each(surface, lambda closure: replace(closure, dispersion=custom.dispersion))
+    reflectivity, opacity, ior = custom.values
+    plain = replace(averaged(surface), layered=False, thin=False, interface_tint=WHITE, dispersion=custom.dispersion)
+    return replace(plain, reflectivity=reflectivity, opacity=opacity, ior=ior)
 
 
 def warn_of_roughness(surfaces: Sequence[Surface], warn: Warnings) -> None:

@@ -30,7 +30,6 @@ from .texture import NodeReader
 from .values import color, emitted, number, once, value_of, vector
 
 Share = Any  # a float or an expression
-Shares = tuple[Share, Share, Share]
 
 MAX_DEPTH = 32  # of Mix and Add Shaders below one another
 MIN_IOR = 1e-5  # Blender's own clamp
@@ -273,12 +272,6 @@ def _add(node: Node, reader: NodeReader, depth: int) -> Surface:
 
 
 COMBINED = {"ShaderNodeMixShader": _mix, "ShaderNodeAddShader": _add}
-
-
-def shares(surface: Surface) -> Shares:
-    """(mirrored, local, transmitted) of a closure, their sum 1."""
-    rest = ex.rest(surface.reflectivity)
-    return surface.reflectivity, ex.times(rest, surface.opacity), ex.times(rest, ex.rest(surface.opacity))
 
 
 # ------------------------------------------------------------------------------------------------ building blocks

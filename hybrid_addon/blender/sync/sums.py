@@ -75,6 +75,46 @@ def each(surface: Surface, change: Callable[[Surface], Surface]) -> Surface:
     )
 
 
+def averaged(surface: Surface) -> Surface:
+    """One closure for a sum, with the colours that its closures have for what they mirror, show and let through.
+
+    For those who give it shares of their own of that (*Custom*), so that its own are not asked for any more.
+    """
+    if not surface.closures:
+        return surface
+    parts = [(c.weight, shares(c.surface), c.surface) for c in surface.closures]
+
+    def mean(name: str, kind: int) -> Any:
+        found = [(ex.times(w, share[kind]), getattr(one, name)) for w, share, one in parts if may_be(share[kind])]
+        if len(found) < 2:
+            return found[0][1] if found else getattr(parts[0][2], name)
+        total, light = 0.0, 0.0
+        for weight, value in found:
+            total, light = ex.plus(total, weight), ex.plus(light, ex.apply("multiply", value, weight))
+        return ex.apply("ratio", light, total, found[0][1])
+
+    emission: Any = 0.0
+    for weight, _, one in parts:
+        emission = ex.plus(emission, ex.apply("multiply", one.emission, weight))
+    return replace(
+        surface,
+        closures=(),
+        reflection_tint=mean("reflection_tint", 0),
+        base_color=mean("base_color", 1),
+        specular=mean("specular", 1),
+        roughness=mean("roughness", 1),
+        transmission_tint=mean("transmission_tint", 2),
+        emission=ex.as_color(emission),
+        normal=next((one.normal for _, _, one in parts if one.normal is not None), None),
+    )
+
+
+def shares(surface: Surface) -> tuple[Share, Share, Share]:
+    """(mirrored, local, transmitted) of a closure, their sum 1."""
+    rest = ex.rest(surface.reflectivity)
+    return surface.reflectivity, ex.times(rest, surface.opacity), ex.times(rest, ex.rest(surface.opacity))
+
+
 def singles(surface: Surface) -> list[Surface]:
     """Its closures, or itself."""
     return [closure.surface for closure in surface.closures] or [surface]

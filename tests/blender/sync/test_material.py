@@ -12,8 +12,7 @@ from hybrid_addon.blender.sync import Warnings
 from hybrid_addon.blender.sync.image import Images
 from hybrid_addon.blender.sync.material import Surfaces, customised, translate_material, warn_of_roughness
 from hybrid_addon.blender.sync.settings import CustomSurface
-from hybrid_addon.blender.sync.shaders import shares
-from hybrid_addon.blender.sync.sums import added
+from hybrid_addon.blender.sync.sums import added, averaged, shares
 from hybrid_addon.blender.sync.sums import mixed as blend
 from hybrid_addon.expressions import reads_of_instance, reads_ray, walk
 from hybrid_addon.scene import BLACK, WHITE, Expression, Surface
@@ -240,6 +239,20 @@ def test_what_one_closure_holds_is_one():
     assert len(blend(mirror, glow, 0.5).closures) == len(blend(red, mirror, 0.5).closures) == 2
     assert blend(mirror, Surface(base_color=BLACK), 0.25).closures[0].weight == 0.75  # nothing is no closure
     assert added(mirror, mirror).closures[0].weight == 2.0
+
+
+def test_custom_values_of_a_sum_keep_its_colours():
+    """Each colour is that of what mirrors, shows or lets through; of two that do, their mean by share."""
+    gold = Surface(reflectivity=1.0, reflection_tint=GOLD)
+    red, green = Surface(base_color=(1, 0, 0)), Surface(base_color=(0, 1, 0))
+    blue = Surface(opacity=0.0, transmission_tint=(0, 0, 1))
+    for whole in (blend(blend(red, gold, 0.5), blue, 0.25), added(added(gold, blue), red)):
+        one = averaged(whole)
+        assert (one.reflection_tint, one.base_color, one.transmission_tint) == (GOLD, (1, 0, 0), (0, 0, 1))
+        own = customised(whole, CustomSurface((0.25, 0.5, 1.3)))
+        assert not own.closures and shares(own) == pytest.approx((0.25, 0.375, 0.375))
+    mixed_twice = averaged(blend(blend(red, gold, 0.5), blend(green, gold, 0.5), 0.25))
+    assert mixed_twice.base_color == pytest.approx((0.75, 0.25, 0))
 
 
 def test_alpha_and_transmission_together_are_a_sum(material):
