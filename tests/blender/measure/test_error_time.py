@@ -53,7 +53,8 @@ def test_points_hold_what_they_cost_and_how_wrong_they_are(report):
     by_samples = {p["settings"]["samples"]: p["error"]["all"]["rmse"] for p in report["points"] if p["alone"]}
     assert by_samples[16] < by_samples[1] / 2
     assert report["pareto"]
-    assert report["slopes"]["aa_all"]["fit"] < -0.4
+    fit = report["slopes"]["aa_all"]["fit"]
+    assert fit < -0.4 if len(by_samples) > 2 else fit is None  # how many points there are hangs on the time they take
 
 
 def test_the_report_says_what_it_was_made_with_and_what_it_checked(report):

@@ -8,6 +8,7 @@ is orthographic. Prints the table of docs/reference/parity.md.
 from __future__ import annotations
 
 import math
+import os
 
 import bpy
 import numpy as np
@@ -16,7 +17,13 @@ import pytest
 import hybrid_addon
 from hybrid_addon.blender.render import images
 
-pytestmark = [pytest.mark.blender, pytest.mark.render]
+pytestmark = [
+    pytest.mark.blender,
+    pytest.mark.render,
+    pytest.mark.skipif(
+        "BALLS" not in os.environ, reason="168 balls take minutes: set BALLS=1 (docs/developer/testing.md)"
+    ),
+]
 
 SIZE = 24  # pixels of a ball's square
 WITHIN = 0.02
