@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -64,3 +66,45 @@ def test_a_mask_beyond_one_is_clipped():
 def test_pictures_of_different_sizes_are_refused():
     with pytest.raises(ValueError, match="differ in size"):
         compositor.premultiply(np.zeros((2, 3, 3), np.float32), np.zeros((3, 2), np.float32))
+
+
+# ------------------------------------------------------------------------------------------------ seen straight through
+
+
+def seen_through(c, through, by_eevee, *, own=(0.4, 0.1, 0.2), behind=(0.2, 0.6, 0.9)):
+    """One pixel: coverage c, throughput (3,) of a surface of radiance `own`, of which EEVEE lets `by_eevee` through."""
+    through, behind = np.array(through, np.float32), np.array(behind, np.float32)
+    mask = np.full((1, 1), c * (1 - by_eevee), np.float32)
+    raster = np.append((1 - mask[0, 0]) * behind, 1 - mask[0, 0]).astype(np.float32).reshape(1, 1, 4)
+    background = through * behind
+    film = SimpleNamespace(
+        coverage=np.full((1, 1), c, np.float32),
+        radiance=(np.array(own) + background).astype(np.float32).reshape(1, 1, 3),
+        passes={"passed": through.reshape(1, 1, 3), "background": background.reshape(1, 1, 3)},
+    )
+    traced = compositor.premultiply(film.radiance, mask)
+    layer, rest, cover = compositor.see_through(traced, raster, mask, film)
+    expected = c * np.array(own) + (1 - c) * behind + c * background
+    return layer, raster, rest, cover, expected
+
+
+@pytest.mark.parametrize("c", [1.0, 0.25])
+@pytest.mark.parametrize("by_eevee", [0.0, 0.3, 0.5, 0.9, 1.0])
+@pytest.mark.parametrize("through", [(0.5, 0.5, 0.5), (1, 1, 1), (0.8, 0.2, 0.0)])
+def test_the_background_is_there_once_whatever_eevee_lets_through(c, by_eevee, through):
+    layer, raster, _rest, cover, expected = seen_through(c, through, by_eevee)
+    assert (layer + raster)[0, 0, :3] == pytest.approx(expected, abs=1e-6)
+    assert (layer + raster)[0, 0, 3] == pytest.approx(1)
+    assert cover[0, 0] == pytest.approx(c)
+
+
+def test_where_eevee_lets_through_as_much_its_own_pixels_stay():
+    layer, raster, rest, _cover, _expected = seen_through(1.0, (0.5, 0.5, 0.5), 0.5)
+    assert rest == pytest.approx(raster)
+    assert layer[0, 0, :3] == pytest.approx((0.4, 0.1, 0.2), abs=1e-6)  # no background of the tracer's
+
+
+def test_what_nothing_is_seen_through_stays_bit_by_bit():
+    layer, raster, rest, cover, _expected = seen_through(0.5, (0, 0, 0), 0.0)
+    assert rest is raster and cover[0, 0] == 0.5
+    assert (layer[0, 0, :3] == np.float32(0.5) * np.array((0.4, 0.1, 0.2), np.float32)).all()
