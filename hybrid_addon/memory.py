@@ -10,6 +10,9 @@ from pathlib import Path, PurePosixPath
 
 MEGABYTE, GIGABYTE = 1 << 20, 1 << 30
 
+REFUSED = "not enough memory"
+"""How every such line begins."""
+
 NAMED = 3  # parts that a refusal names
 
 V1_UNLIMITED = 1 << 60  # control groups of version 1 say such numbers where there is no limit
@@ -29,7 +32,7 @@ def require(parts: Mapping[str, int], advice: str, there: int | None = None) -> 
         return
     largest = sorted(parts.items(), key=lambda part: -part[1])[:NAMED]
     takes = ", ".join(f"{name} {amount(size)}" for name, size in largest if size)
-    raise NotEnoughMemory(f"not enough memory: {takes}, of {amount(there)} that are free; {advice}")
+    raise NotEnoughMemory(f"{REFUSED}: {takes}, of {amount(there)} that are free; {advice}")
 
 
 def amount(size: float) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 import numpy as np
 
+from .. import memory
 from ..scene import Raster, Scene
 from .errors import HybridError
 from .pipeline import evaluated, scene_setup
@@ -26,11 +27,15 @@ NAMED = 5  # objects that one warning names
 
 def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     """What a render of this scene would trace and what it would leave out, with the reason for each. Traces nothing."""
+    from ..tracer.prepare.footprint import expected, of_textures
     from ..tracer.prepare.tables import describe
 
     scene = scene or bpy.context.scene
     translation = translated(scene)
     mode = scene_setup.effective_mode(scene)
+    width, height = full_size(scene)
+    textures = of_textures(translation.scene)
+    needed = {**expected(translation.scene, tracer_settings(scene), width * height), "textures": sum(textures.values())}
     planned = None if mode == "RASTER" else describe(_with_raster(scene, translation), tracer_settings(scene))
     return {
         "scene": scene.name,
@@ -41,6 +46,7 @@ def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
         "counts": dict(translation.counts),
         "skipped": [] if planned is None else list(planned.skipped),
         "prunings": [] if planned is None else planned.table(),
+        "memory": {"expected": needed, "by_texture": textures, "free": memory.available()},
         "warnings": [*translation.warnings],
     }
 

@@ -132,7 +132,7 @@ class Images:
         raw = None if texels is not None else _read_blender_pixels(b_image)
         if raw is None:
             return texels
-        state = (settings or _digest(raw), *_state_of(b_image))
+        state = (settings or _digest(raw), *_state_of(b_image))  # the digest says floats or bytes
         how = {"premultiplied": _float_is_premultiplied(b_image), "encoded": not b_image.is_float}
         return self._kept.image(state) or self._finished(b_image, raw, state, **how)
 
@@ -222,14 +222,16 @@ def _file_state(path: str) -> tuple[object, ...]:
 
 
 def _state_of(b_image: bpy.types.Image) -> tuple[object, ...]:
-    """All that the pixels of an image depend on, beside what is read."""
+    """All that the pixels of an image depend on, beside what is read.
+
+    Not `is_float`: Blender loads the image to tell, which takes as much again where EEVEE does not draw it.
+    """
     colors = b_image.colorspace_settings
     return (
         b_image.name_full,
         b_image.alpha_mode,
         colors.name,
         colors.is_data,
-        b_image.is_float,
         working_space(),
     )
 
