@@ -48,6 +48,7 @@ def render(kind: str) -> None:
             spec = oiio.ImageSpec(size, size, 3, width)
             spec["png:compressionLevel"] = 1
             out = oiio.ImageOutput.create(path)
+            assert out is not None
             out.open(path, spec)
             out.write_image(pixels)
             out.close()

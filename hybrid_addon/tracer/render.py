@@ -22,7 +22,7 @@ from .film.picture import ResolvedImage
 from .film.samples import wanted_aovs
 from .parallel.pool import zeros_for
 from .prepare.compiled import CompiledScene
-from .prepare.footprint import require_memory, taken
+from .prepare.footprint import taken
 from .prepare.validate import validate
 from .sampling.aovs import depth_and_normal
 from .sampling.passes import Cancelled, Pass, Passes, Progress
@@ -90,12 +90,6 @@ def trace(
             cache.end()
 
 
-def _pixels(scene: Scene, mask: Float32 | None) -> int:
-    """How many are to be traced."""
-    x0, y0, x1, y1 = scene.camera.window
-    return (x1 - x0) * (y1 - y0) if mask is None else int(np.count_nonzero(mask))
-
-
 def _arrays(film: Film) -> list[Float32]:
     known = (film.radiance, film.coverage, film.residual, film.shadow, film.caustic, *film.passes.values())
     return [array for array in known if array is not None]
@@ -104,9 +98,8 @@ def _arrays(film: Film) -> list[Float32]:
 def _compiled(scene: Scene, settings: Settings, mask: Float32 | None, cache: SceneCache | None) -> CompiledScene:
     """The scene prepared; nothing of it for an empty mask, unless what is out of sight may cast shadows."""
     if mask is None or np.any(mask) or settings.raster_shadows:
-        require_memory(scene, settings, _pixels(scene, mask), cache)
         return CompiledScene(scene, settings, cache, None if mask is None else int(np.count_nonzero(mask)))
-    compiled = CompiledScene(Scene(scene.camera), settings)
+    compiled = CompiledScene(Scene(scene.camera), settings, pixels=0)
     nothing = ({"what": "tracing", "why": "the mask is empty", "count": 1},)
     compiled.plan = compiled.plan.with_pruning("empty-mask", True, mask.size, nothing)
     return compiled

@@ -58,8 +58,7 @@ def expected(scene: Scene, settings: Settings, pixels: int) -> dict[str, int]:
 
 def require_memory(scene: Scene, settings: Settings, pixels: int, cache: SceneCache | None) -> None:
     """Raise NotEnoughMemory, before anything is built, if this scene does not fit. What is kept is let go of first."""
-    needed = expected(scene, settings, pixels)
-    there = memory.available()
+    needed, there = expected(scene, settings, pixels), memory.available()
     if cache is not None and there is not None and sum(needed.values()) > there:
         cache.forget()
         there = memory.available()

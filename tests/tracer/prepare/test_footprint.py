@@ -76,12 +76,12 @@ def test_a_film_says_what_was_taken(scene):
 
 
 def test_what_does_not_fit_is_refused_before_it_is_built(scene, monkeypatch):
-    monkeypatch.setattr(memory, "available", lambda: 1000)
+    monkeypatch.setattr(memory, "available", lambda: 4000)
     monkeypatch.setattr(compiled, "prepare", lambda *_: pytest.fail("it was built"))
     with pytest.raises(memory.NotEnoughMemory, match=r"0.0 million triangles \(100% of mesh 'leaf'\)"):
         trace(scene, SETTINGS)
     monkeypatch.undo()
-    monkeypatch.setattr(memory, "available", lambda: 1000)
+    monkeypatch.setattr(memory, "available", lambda: 4000)
     trace(scene, SETTINGS, np.zeros((8, 8), np.float32))  # nothing to trace, nothing to refuse
 
 
