@@ -147,6 +147,9 @@ def test_what_was_changed_is_read_again(scene, tmp_path, frames):
     assert green.rgba()[0, 0].tolist() == [0, 1, 0, 1]
     (same,), _ = frames(b_generated)
     assert same is green
+    b_generated.pixels[4:8] = (1, 0, 1, 1)
+    (other,), _ = frames(b_generated)
+    assert other.rgba()[0, :2].tolist() == [[0, 1, 0, 1], [1, 0, 1, 1]]
     b_generated.pack()
     b_packed = write(tmp_path / "packed.png", 4, "uint8", seed=1)
     b_packed.pack()
