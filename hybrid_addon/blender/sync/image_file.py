@@ -122,7 +122,8 @@ def srgb_curve(dtype: str, divides: bool) -> Float32 | None:
         values = as_floats(np.arange(256, dtype=np.uint8))
         alpha = values[:, None]
         with np.errstate(divide="ignore", invalid="ignore"):
-            return srgb_to_linear(np.where(alpha > LEAST_ALPHA, values / alpha, values))
+            # No more than 1, as Blender does with bytes: files with more colour than alpha there are.
+            return srgb_to_linear(np.where(alpha > LEAST_ALPHA, np.minimum(values / alpha, 1), values))
     if dtype not in ("uint8", "uint16", "float16") or divides:
         return None
     bits = np.arange(256 if dtype == "uint8" else 65536, dtype=np.uint8 if dtype == "uint8" else np.uint16)

@@ -41,6 +41,7 @@ def in_float32(path, alpha_mode, is_srgb):
     hints.attribute("oiio:UnassociatedAlpha", 1)
     source = oiio.ImageInput.open(str(path), hints)
     raw = source.read_image(0, 0, 0, source.spec().nchannels, oiio.FLOAT).reshape(SIZE, SIZE, -1)[::-1]
+    is_bytes = str(source.spec().format) == "uint8"
     source.close()
     rgba = np.ones((SIZE, SIZE, 4), np.float32)
     if raw.shape[2] <= 2:
@@ -51,6 +52,8 @@ def in_float32(path, alpha_mode, is_srgb):
         rgba[..., 3] = 1
     elif alpha_mode == "PREMUL":
         np.divide(rgba[..., :3], rgba[..., 3:], out=rgba[..., :3], where=rgba[..., 3:] > 1e-8)
+        if is_srgb and is_bytes:  # as Blender does with bytes
+            np.minimum(rgba[..., :3], 1, out=rgba[..., :3], where=rgba[..., 3:] > 1e-8)
     if is_srgb:
         rgba[..., :3] = srgb_to_linear(rgba[..., :3])
     return rgba
@@ -81,6 +84,18 @@ def test_no_bit_of_a_texel_depends_on_its_width(scene, tmp_path, name, kind, cha
     if not widens:
         dtype = {"half": "float16", "float": "float32"}.get(kind, kind)
         assert (texels.stored.dtype, texels.stored.shape[2]) == (dtype, 4 if channels == 3 else channels)
+
+
+def test_more_colour_than_alpha_is_what_blender_makes_of_it(scene, tmp_path):
+    b_image = write(tmp_path / "glow.png", 4, "uint8")
+    b_image.alpha_mode = "PREMUL"
+    drawn = np.empty(len(b_image.pixels), np.float32)
+    b_image.pixels.foreach_get(drawn)
+    found = Images(Warnings()).pixels(b_image).rgba()
+    drawn = drawn.reshape(found.shape)
+    shows = drawn[..., 3] > 0
+    assert (drawn[shows, :3] == 1).mean() > 0.2
+    assert np.abs(found - np.dstack([srgb_to_linear(drawn[..., :3]), drawn[..., 3]]))[shows].max() < 0.006
 
 
 def test_painted_images_of_bytes_stay_bytes(scene):
