@@ -15,7 +15,18 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "hybrid_addon"
-PURE = ("clock", "scene", "settings_table", "expressions", "procedural", "tracer", "compositor", "report", "measure")
+PURE = (
+    "clock",
+    "memory",
+    "scene",
+    "settings_table",
+    "expressions",
+    "procedural",
+    "tracer",
+    "compositor",
+    "report",
+    "measure",
+)
 LONGEST_FILE = 350
 BLENDER_MODULES = ("bpy", "mathutils", "gpu", "bmesh", "bl_ui", "bpy_extras", "addon_utils")
 

@@ -6,3 +6,7 @@ from __future__ import annotations
 
 class HybridError(ValueError):
     """Bad input (exit code 2 on the command line, an error report in the interface)."""
+
+
+class TooLarge(HybridError):
+    """It does not fit into this machine's memory. The work fails (exit code 1): elsewhere the same may do."""

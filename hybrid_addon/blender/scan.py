@@ -4,14 +4,17 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
 
+from .. import memory
 from ..scene import Raster, Scene
-from .errors import HybridError
+from .errors import HybridError, TooLarge
 from .pipeline import evaluated, scene_setup
 from .render import eevee_half
 from .render.settings import public_settings, tracer_settings
@@ -26,12 +29,22 @@ NAMED = 5  # objects that one warning names
 
 def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     """What a render of this scene would trace and what it would leave out, with the reason for each. Traces nothing."""
+    from ..tracer.prepare.footprint import expected, of_textures, require_memory
     from ..tracer.prepare.tables import describe
 
     scene = scene or bpy.context.scene
     translation = translated(scene)
     mode = scene_setup.effective_mode(scene)
-    planned = None if mode == "RASTER" else describe(_with_raster(scene, translation), tracer_settings(scene))
+    settings, (width, height) = tracer_settings(scene), full_size(scene)
+    textures = of_textures(translation.scene)
+    needed = {**expected(translation.scene, settings, width * height), "textures": sum(textures.values())}
+    planned, refused = None, list[str]()
+    try:
+        if mode != "RASTER":
+            require_memory(translation.scene, settings, width * height, None)
+            planned = describe(_with_raster(scene, translation), settings)
+    except memory.NotEnoughMemory as error:
+        refused = [f"this scene cannot be rendered here: {error}"]
     return {
         "scene": scene.name,
         "mode": mode,
@@ -41,7 +54,8 @@ def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
         "counts": dict(translation.counts),
         "skipped": [] if planned is None else list(planned.skipped),
         "prunings": [] if planned is None else planned.table(),
-        "warnings": [*translation.warnings],
+        "memory": {"expected": needed, "by_texture": textures, "free": memory.available()},
+        "warnings": [*refused, *translation.warnings],
     }
 
 
@@ -69,10 +83,8 @@ def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     translation = translated(scene)
     settings = tracer_settings(scene)
     blended = {m.name for m in bpy.data.materials if m.surface_render_method == "BLENDED"}
-    try:
+    with _in_one_line():
         found = survey(translation.scene, settings, frozenset(blended))
-    except ValueError as error:
-        raise HybridError(str(error)) from error
     ray_traced = {ob.name for ob in scene_setup.ray_traced_objects(scene)}
     width, height = full_size(scene)
     threads = settings.threads or os.cpu_count() or 1
@@ -104,11 +116,23 @@ def explain(x: int, y: int, scene: bpy.types.Scene | None = None) -> str:
     if not (0 <= x < width and 0 <= y < height):
         raise HybridError(f"pixel {x}, {y} lies outside the frame of {width} x {height}")
     ours, settings = translated(scene).scene, tracer_settings(scene)
-    try:
+    with _in_one_line():
         validate(ours, settings, None)
+        compiled = CompiledScene(ours, settings)
+    return pixel_text(ours, tree(compiled, x, y), x, y)
+
+
+@contextmanager
+def _in_one_line() -> Iterator[None]:
+    """The tracer's errors as HybridError."""
+    try:
+        yield
+    except HybridError:
+        raise
     except ValueError as error:
         raise HybridError(str(error)) from error
-    return pixel_text(ours, tree(CompiledScene(ours, settings), x, y), x, y)
+    except MemoryError as error:
+        raise TooLarge(str(error) or memory.REFUSED) from error
 
 
 def translated(
@@ -126,7 +150,8 @@ def translated(
     def work(depsgraph: bpy.types.Depsgraph) -> Translation:
         return translate(depsgraph, scene, (width, height), (0, 0, width, height), light_falloff=falloff)
 
-    found, other = evaluated.look(scene, work), evaluated.differs(scene)
+    with _in_one_line():
+        found, other = evaluated.look(scene, work), evaluated.differs(scene)
     if other:
         names = ", ".join(other[:NAMED]) + (f" and {len(other) - NAMED} more" if len(other) > NAMED else "")
         found = replace(found, warnings=(*found.warnings, f"seen as the viewport shows it, not as it renders: {names}"))

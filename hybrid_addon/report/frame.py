@@ -48,6 +48,7 @@ def frame_report(
         "triangles": int(counts.get("triangles", 0)),
         "counts": dict(counts),
         "time": {**(film.time if film else {}), **{phase: dict(seconds) for phase, seconds in time.items()}},
+        "memory": dict(film.memory) if film else {},
         "hits": dict(film.hits) if film else {},
         "rays": dict(film.rays) if film else dict(EMPTY_RAYS),
         "skipped": [*map(dict, skipped), *(film.skipped if film else [])],

@@ -15,7 +15,7 @@ Conventions, stated here once and valid in every pure module of the package:
   the tracer has recentred it.
 * **Directions** `wi`, `wo` point away from the surface; `eta` is transmitted over incident IOR.
 
-    camera.py surfaces.py geometry.py lights.py film.py    the dataclasses, all of them importable from here
+    camera.py surfaces.py texels.py geometry.py lights.py film.py    the dataclasses, all of them importable from here
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from .geometry import Instance, Plane, Sphere, TriangleMesh, Visibility
 from .lights import AreaLight, Arriving, Light, PlacedLight, PointLight, SpotLight, SunLight, World, WorldSun
 from .numbers import BLACK, RGB, WHITE, Float32, Float64, Int32
 from .surfaces import Closure, Color, Expression, Number, Surface, Texture, Value
+from .texels import Texels
 
 __all__ = [
     "BLACK",
@@ -57,6 +58,7 @@ __all__ = [
     "SpotLight",
     "SunLight",
     "Surface",
+    "Texels",
     "Texture",
     "TriangleMesh",
     "Value",

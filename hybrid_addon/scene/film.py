@@ -110,6 +110,8 @@ class Film:
     ended      : what is missing because rays ended early: the share of the samples that lost more than `least` of their
                  light, what these lost in the mean, the mean radiance of what is around, what the cutoff took, and for
                  each object, by its number in `Scene.names`, the throughput that Max Bounces ended there.
+    memory     : bytes by what for, of `trace` alone: "peak" of the process since it began (None: unknown), "meshes",
+                 "geometry", "search_trees" (estimated), "film", "textures"; "by_texture", by name, the largest first.
     """
 
     radiance: Float32
@@ -126,3 +128,4 @@ class Film:
     caustic: Float32 | None = None
     hits: dict[str, int] = field(default_factory=dict)
     ended: dict[str, object] = field(default_factory=dict)
+    memory: dict[str, object] = field(default_factory=dict)

@@ -10,12 +10,14 @@ from typing import Any, Literal
 import numpy as np
 
 from .numbers import BLACK, RGB, WHITE, Float32, Float64
+from .texels import Texels, texels_of
 
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """An image: (height, width, 4) float32, scene-linear, straight alpha, row 0 at the bottom.
+    """An image, placed: scene-linear, straight alpha, row 0 at the bottom.
 
+    pixels       : `Texels` in the width that they are stored in, or (height, width, 4) float32.
     uv_transform : (2, 3) float64, applied to (u, v, 1) first (Blender's Mapping node).
     uv_map       : name of the mesh's UV map, "" for the one that is active for rendering.
     extension    : "SPHERE" goes around in u and ends in v, as an equirectangular image does.
@@ -24,12 +26,17 @@ class Texture:
     """
 
     name: str
-    pixels: Float32
+    pixels: Float32 | Texels
     extension: Literal["REPEAT", "EXTEND", "CLIP", "MIRROR", "SPHERE"] = "REPEAT"
     interpolation: Literal["LINEAR", "CLOSEST"] = "LINEAR"
     uv_map: str = ""
     uv_transform: Float64 = field(default_factory=lambda: np.eye(2, 3))
-    tiles: Mapping[tuple[int, int], Float32] = field(default_factory=dict)
+    tiles: Mapping[tuple[int, int], Float32 | Texels] = field(default_factory=dict)
+
+    @property
+    def parts(self) -> list[Texels]:
+        """The texels of `pixels`, then of the tiles."""
+        return [texels_of(part) for part in (self.pixels, *self.tiles.values())]
 
 
 @dataclass(frozen=True, eq=False)

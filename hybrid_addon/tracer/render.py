@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -21,6 +22,7 @@ from .film.picture import ResolvedImage
 from .film.samples import wanted_aovs
 from .parallel.pool import zeros_for
 from .prepare.compiled import CompiledScene
+from .prepare.footprint import taken
 from .prepare.validate import validate
 from .sampling.aovs import depth_and_normal, seen_through
 from .sampling.passes import Cancelled, Pass, Passes, Progress
@@ -72,7 +74,8 @@ def trace(
     deadline : on time.perf_counter's clock; what is not traced by then is given up: `schedule`, and `skipped` says so.
     cache    : of earlier frames; what has not changed since the last one is not prepared again.
 
-    Raises ValueError for scenes that cannot be traced, Cancelled if progress says so.
+    Raises ValueError for scenes that cannot be traced, NotEnoughMemory before anything is built of one that does not
+    fit, Cancelled if progress says so.
     """
     validate(scene, settings, mask)
     if progress is not None and progress(0.0) is False:
@@ -81,17 +84,23 @@ def trace(
     with building.phase("build"):
         compiled = _compiled(scene, settings, mask, cache)
     try:
-        return _render(compiled, mask, progress, deadline, building)
+        film = _render(compiled, mask, progress, deadline, building)
+        return replace(film, memory=taken(scene, compiled.geometry, _arrays(film)))
     finally:
         if cache is not None:
             cache.end()
+
+
+def _arrays(film: Film) -> list[Float32]:
+    known = (film.radiance, film.coverage, film.residual, film.shadow, film.caustic, *film.passes.values())
+    return [array for array in known if array is not None]
 
 
 def _compiled(scene: Scene, settings: Settings, mask: Float32 | None, cache: SceneCache | None) -> CompiledScene:
     """The scene prepared; nothing of it for an empty mask, unless what is out of sight may cast shadows."""
     if mask is None or np.any(mask) or settings.raster_shadows or "background" in settings.passes:
         return CompiledScene(scene, settings, cache, None if mask is None else int(np.count_nonzero(mask)))
-    compiled = CompiledScene(Scene(scene.camera), settings)
+    compiled = CompiledScene(Scene(scene.camera), settings, pixels=0)
     nothing = ({"what": "tracing", "why": "the mask is empty", "count": 1},)
     compiled.plan = compiled.plan.with_pruning("empty-mask", True, mask.size, nothing)
     return compiled

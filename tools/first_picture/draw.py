@@ -17,7 +17,7 @@ from demo import row, view_transformed
 
 import hybrid_addon as hybrid
 from hybrid_addon.blender.render import images
-from hybrid_addon.blender.sync.image import srgb_to_linear
+from hybrid_addon.blender.sync.image_file import srgb_to_linear
 from hybrid_addon.clock import Clock
 from hybrid_addon.measure.error_time import metrics
 

@@ -13,7 +13,8 @@ from collections.abc import Sequence
 
 import bpy
 
-from ..errors import HybridError
+from ...memory import REFUSED
+from ..errors import HybridError, TooLarge
 from . import advise, plan, render, report, stability
 from .common import COMMAND, Parser, resolution, say
 
@@ -42,6 +43,9 @@ def main(argv: Sequence[str]) -> int:
     try:
         arguments = _parser().parse_args(list(argv))
         arguments.verb(arguments)
+    except (TooLarge, MemoryError) as error:
+        say(f"failed: {error or REFUSED}", sys.stderr)
+        return 1
     except HybridError as error:
         say(f"error: {error}", sys.stderr)
         return 2

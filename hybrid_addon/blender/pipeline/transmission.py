@@ -12,7 +12,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...scene import Expression, Float32
+from ...scene import Expression, Texels
 from ..sync.image import Images
 from ..sync.material import customised, translate_material
 from ..sync.messages import Warnings
@@ -59,11 +59,11 @@ def _is_not(value: Any, number: float) -> bool:
 class _NoImages(Images):
     """Images whose pixels nobody will look at."""
 
-    def pixels(self, b_image: bpy.types.Image, b_image_user: bpy.types.ImageUser | None = None) -> Float32:
+    def pixels(self, b_image: bpy.types.Image, b_image_user: bpy.types.ImageUser | None = None) -> Texels:
         """One white pixel."""
-        return np.ones((1, 1, 4), np.float32)
+        return Texels(np.ones((1, 1, 4), np.float32))
 
-    def tiles(self, b_image: bpy.types.Image) -> dict[tuple[int, int], Float32]:
+    def tiles(self, b_image: bpy.types.Image) -> dict[tuple[int, int], Texels]:
         """None."""
         return {}
 

@@ -199,8 +199,8 @@ def _start(viewport: _Viewport) -> Job | None:
     scene = bpy.context.scene
     try:
         translated = _translate(scene, viewport.view)
-    except HybridError as error:
-        viewport.status = str(error)
+    except (HybridError, MemoryError) as error:
+        viewport.status = str(error) or "not enough memory for the preview"
         return None
     compiled = _preview.compiled[1] if _preview.compiled is not None and _preview.compiled[0] is translated else None
     settings = preview_settings(scene)

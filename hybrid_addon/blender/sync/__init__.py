@@ -7,7 +7,7 @@
     material.py shaders.py conductor.py volume.py    node trees and Custom settings -> Surface
     values.py value_nodes.py texture_nodes.py object_nodes.py    nodes of numbers and colours -> expressions
     object_values.py                what surfaces read of the object that wears them
-    texture.py image.py sky.py      image nodes -> Texture, image files and skies -> pixels
+    texture.py image.py sky.py      image nodes -> Texture, images (image_file.py) and skies -> texels
     kept.py motion.py               what one frame leaves for the next; what is likely to change until then
     nodes.py                        walking back through node links
     settings.py messages.py         the artist's settings; what he is told

@@ -4,8 +4,8 @@
 A final render builds a dependency graph of its own for every frame, in which everything counts as updated and lies at
 new addresses (only with Persistent Data does it tell what has changed). So a mesh is read again, which is a copy of its
 arrays, and compared with the last one, byte for byte: the same is the *same object*, by which the tracer knows that
-nothing has to be done about it. So are pictures that live in Blender (packed, painted, generated): read, and compared
-with what was read of the last one. An image file is read again if its name, size, time or colour settings have changed.
+nothing has to be done about it. An image file is read again if its name, size, time or colour settings have changed; a
+packed one, if its content has. A painted image is compared by a digest of its pixels, a generated one by its settings.
 """
 
 from __future__ import annotations
@@ -16,12 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from ...scene import Float32, Float64, TriangleMesh
+from ...scene import Float64, Texels, TriangleMesh
 
 MAX_BYTES = 1 << 30
 """What is kept of meshes, and of images, at most."""
-
-KeptImage = tuple[Float32 | None, Float32]  # what was read, where that is compared; the pixels made of it
 
 
 class MeshCache:
@@ -40,7 +38,7 @@ class MeshCache:
         """Let go of everything."""
         self.meshes = self.images = 0
         self._meshes: tuple[dict[Hashable, TriangleMesh], dict[Hashable, TriangleMesh]] = ({}, {})
-        self._images: tuple[dict[Hashable, KeptImage], dict[Hashable, KeptImage]] = ({}, {})
+        self._images: tuple[dict[Hashable, Texels], dict[Hashable, Texels]] = ({}, {})
         self._room = [MAX_BYTES, MAX_BYTES]
         self._places: dict[str, set[Hashable]] = {}
         self._seen: dict[str, set[Hashable]] = {}
@@ -67,20 +65,19 @@ class MeshCache:
             self._meshes[1][key] = found
         return found
 
-    def image(self, key: Hashable, raw: Float32 | None = None) -> Float32 | None:
-        """The last frame's pixels of this key, if it has left any; if `raw` is given, made of the same."""
-        old, pixels = self._images[0].get(key, (None, None))
-        if pixels is None or not same(old, raw):
-            return None
-        self.images += 1
-        self.keep_image(key, pixels, old)
-        return pixels
+    def image(self, key: Hashable) -> Texels | None:
+        """The last frame's texels of this key, if it has left any."""
+        texels = self._images[0].get(key)
+        if texels is not None:
+            self.images += 1
+            self.keep_image(key, texels)
+        return texels
 
-    def keep_image(self, key: Hashable, pixels: Float32, raw: Float32 | None = None) -> None:
-        """Leave them for the next frame, and what they were made of, where the key does not say all of that."""
-        self._room[1] -= pixels.nbytes + (0 if raw is None else raw.nbytes)
+    def keep_image(self, key: Hashable, texels: Texels) -> None:
+        """Leave them for the next frame. The key says all that they are made of."""
+        self._room[1] -= texels.nbytes
         if self._room[1] >= 0:
-            self._images[1][key] = (raw, pixels)
+            self._images[1][key] = texels
 
     def has_moved(self, name: str, mesh: TriangleMesh, matrix: Float64) -> bool:
         """Whether an object has been elsewhere, or of another shape, in any frame so far."""

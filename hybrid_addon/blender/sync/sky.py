@@ -19,15 +19,16 @@ from typing import Any
 
 import bpy
 
-from ...scene import Float32
-from .image import SRGB_WORKING_SPACES, four_channels, read_file, working_space
+from ...scene import Texels
+from .image import SRGB_WORKING_SPACES, working_space
+from .image_file import read_file
 
 HEIGHT = 512  # rows of the image: 0.35 degrees
 SECONDS = 120  # for it, before it is given up
 MOST_KEPT = 16  # skies, of 8 MB each
 SCRIPT = Path(__file__).with_name("skybake.py")
 
-_kept: OrderedDict[str, Float32 | str] = OrderedDict()
+_kept: OrderedDict[str, Texels | str] = OrderedDict()
 
 
 def settings_of(b_node: bpy.types.Node) -> dict[str, Any]:
@@ -44,8 +45,8 @@ def settings_of(b_node: bpy.types.Node) -> dict[str, Any]:
     return {**found, "sun_disc": False}
 
 
-def baked(settings: dict[str, Any]) -> Float32 | str:
-    """(HEIGHT, 2 HEIGHT, 4) float32, row 0 at the bottom; or why there is none, in a few words."""
+def baked(settings: dict[str, Any]) -> Texels | str:
+    """(HEIGHT, 2 HEIGHT) texels; or why there is none, in a few words."""
     if working_space() not in SRGB_WORKING_SPACES:
         return f"skies are not drawn in the working space {working_space()}"
     key = json.dumps(settings, sort_keys=True)
@@ -57,7 +58,7 @@ def baked(settings: dict[str, Any]) -> Float32 | str:
     return _kept[key]
 
 
-def _draw(settings: dict[str, Any]) -> Float32 | str:
+def _draw(settings: dict[str, Any]) -> Texels | str:
     with tempfile.TemporaryDirectory(prefix="hybrid_sky_", dir=bpy.app.tempdir or None) as folder:
         order, picture = os.path.join(folder, "order.json"), os.path.join(folder, "sky.exr")
         with open(order, "w", encoding="utf-8") as file:
@@ -74,7 +75,7 @@ def _draw(settings: dict[str, Any]) -> Float32 | str:
     if raw is None:
         last = [line for line in (done.stderr or done.stdout).strip().splitlines() if line.strip()][-1:]
         return "Cycles did not draw it: " + "".join(last or ["no reason given"])
-    return four_channels(raw)
+    return Texels(raw)
 
 
 def _blender() -> list[str]:

@@ -11,8 +11,8 @@ import bpy
 import numpy as np
 from mathutils import Euler, Matrix, Vector
 
-from ...scene import RGB, Float32, Float64, Texture
-from .image import MISSING_COLOR, Images
+from ...scene import RGB, Float64, Texels, Texture
+from .image import MISSING, Images
 from .messages import Warnings
 from .nodes import Node
 
@@ -103,9 +103,9 @@ def image_texture(reader: NodeReader, node: Node) -> tuple[Texture, bool]:
     b_node = node.b_node
     found = _plain_coordinates(reader, node) if b_node.projection == "FLAT" else None
     uv_map, transform = found or ("", Matrix.Identity(4))
-    tiles: dict[tuple[int, int], Float32] = {}
+    tiles: dict[tuple[int, int], Texels] = {}
     if b_node.image.source == "TILED":
-        pixels = np.full((1, 1, 4), MISSING_COLOR, np.float32)
+        pixels = MISSING
         tiles = {place: _color_output(tile, b_node) for place, tile in reader.images.tiles(b_node.image).items()}
     else:
         pixels = _color_output(reader.images.pixels(b_node.image, b_node.image_user), b_node)
@@ -121,15 +121,11 @@ def image_texture(reader: NodeReader, node: Node) -> tuple[Texture, bool]:
     return texture, found is not None
 
 
-def _color_output(pixels: Float32, b_node: bpy.types.Node) -> Float32:
+def _color_output(texels: Texels, b_node: bpy.types.Node) -> Texels:
     """What the node's Color output gives: multiplied by alpha, unless the Alpha output is used (as in EEVEE)."""
     b_image = b_node.image
     apart = b_image.alpha_mode in ("NONE", "CHANNEL_PACKED") or b_image.colorspace_settings.is_data
-    if apart or b_node.outputs["Alpha"].is_linked or np.all(pixels[..., 3] == 1.0):
-        return pixels
-    opaque = np.ones_like(pixels)
-    opaque[..., :3] = pixels[..., :3] * pixels[..., 3:]
-    return opaque
+    return texels if apart or b_node.outputs["Alpha"].is_linked else texels.multiplied()
 
 
 def _plain_coordinates(reader: NodeReader, node: Node) -> tuple[str, Matrix] | None:

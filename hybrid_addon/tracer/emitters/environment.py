@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...expressions import ATTRIBUTE_WIDTHS, Evaluation, walk
 from ...scene import Expression, Float32, Float64, SunLight, Texture, World, WorldSun
+from ...scene.texels import texels_of
 from ..core.vectors import Array, matrix_times, no_brighter
 from ..materials.textures import sample_equirect, sample_texture
 
@@ -100,7 +101,7 @@ class Sky:
 
     def _tinted(self, rows: slice) -> Float32:
         """The same without the limit. As rows of numbers: three at a time they take ten times as long."""
-        pixels = self.panorama.pixels[rows]
+        pixels = texels_of(self.panorama.pixels).rgba(rows)
         factor = np.append(self.factor[:, 0], np.float32(1))[: pixels.shape[2]]
         tinted: Float32 = pixels.reshape(len(pixels), -1) * np.tile(factor, pixels.shape[1])
         return tinted.reshape(pixels.shape)
@@ -213,5 +214,13 @@ def _panorama(expression: Expression) -> Texture:
 def brightest(world: World) -> float:
     """The largest radiance of any channel in any direction, of the world or its backdrop."""
     skies = [Sky(w) for w in (world, world.backdrop) if w is not None]
-    images = (np.ones(3) if sky.uniform else sky.panorama.pixels[..., :3] for sky in skies)
-    return max(float(np.max(sky.factor[:, 0] * image)) for sky, image in zip(skies, images, strict=True))
+    return max(float(np.max(sky.factor[:, 0] * image)) for sky in skies for image in _colors(sky))
+
+
+def _colors(sky: Sky) -> Iterator[Float32]:
+    """All of its panorama's, (rows, width, 3) at a time; of one that is uniform, white."""
+    if sky.uniform:
+        yield np.ones(3, np.float32)
+        return
+    for rows in texels_of(sky.panorama.pixels).bands():
+        yield rows[..., :3]

@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene import Float32, Texture
+from ...scene import Float32, Texels, Texture
+from ...scene.texels import texels_of
 from ..core.constants import MAX_TEXTURE_COORDINATE
 from ..core.vectors import Array, flatnonzero
 
@@ -45,15 +46,20 @@ def equirect_coordinates(direction: Array) -> tuple[Float32, Float32]:
     return u, np.float32(0.5) + np.arctan2(z, np.sqrt(x * x + y * y)) * np.float32(1 / np.pi)
 
 
-def lookup(pixels: Float32, u: Array, v: Array, extend_u: str, extend_v: str, closest: bool = False) -> Float32:
-    """RGBA (4, n) of pixels (height, width, 4), row 0 at the bottom, at u, v (n,) in 0..1; centres at (i + .5)."""
-    height, width = pixels.shape[:2]
-    flat = pixels.reshape(-1, 4)
+def lookup(
+    pixels: Float32 | Texels, u: Array, v: Array, extend_u: str, extend_v: str, closest: bool = False
+) -> Float32:
+    """RGBA (4, n) of texels, or of pixels (height, width, 4), at u, v (n,) in 0..1; centres at (i + .5).
+
+    Texels are made linear before they are interpolated.
+    """
+    texels = texels_of(pixels)
+    height, width, _ = texels.shape
     clips = "CLIP" in (extend_u, extend_v)
     x, y = _usable(u) * width, _usable(v) * height
     if closest:
         left, bottom = (np.floor(a).astype(np.int64) for a in (x, y))
-        return _texel(flat, _wrap(left, width, extend_u), _wrap(bottom, height, extend_v) * width, clips)
+        return _texel(texels, _wrap(left, width, extend_u), _wrap(bottom, height, extend_v) * width, clips)
     x -= x.dtype.type(0.5)
     y -= y.dtype.type(0.5)
     fx, fy = np.floor(x), np.floor(y)
@@ -62,8 +68,8 @@ def lookup(pixels: Float32, u: Array, v: Array, extend_u: str, extend_v: str, cl
     bx, by = 1 - ax, 1 - ay
     left, right = _wrap(ix, width, extend_u), _wrap(ix + 1, width, extend_u)
     bottom, top = _wrap(jy, height, extend_v) * width, _wrap(jy + 1, height, extend_v) * width
-    low = _mix(_texel(flat, left, bottom, clips), _texel(flat, right, bottom, clips), bx, ax)
-    high = _mix(_texel(flat, left, top, clips), _texel(flat, right, top, clips), bx, ax)
+    low = _mix(_texel(texels, left, bottom, clips), _texel(texels, right, bottom, clips), bx, ax)
+    high = _mix(_texel(texels, left, top, clips), _texel(texels, right, top, clips), bx, ax)
     return _mix(low, high, by, ay)
 
 
@@ -81,9 +87,9 @@ def _mix(a: Float32, b: Float32, s: Float32, t: Float32) -> Float32:
     return a
 
 
-def _texel(flat: Float32, i: Indices, row: Indices, clips: bool) -> Float32:
+def _texel(texels: Texels, i: Indices, row: Indices, clips: bool) -> Float32:
     """Texels (4, n), their rows times the width; 0 outside of an image that clips, where a number is negative."""
-    color = np.ascontiguousarray(flat.take(row + i, axis=0, mode="wrap").T)
+    color = texels.take(row + i)
     if clips:
         outside = flatnonzero((i < 0) | (row < 0))
         for channel in color:

@@ -24,6 +24,7 @@ from ..emitters.light import CompiledLight
 from ..emitters.screen_space import ScreenSpaceLookup
 from ..geometry.aggregate import Hits, PrimitiveSet
 from ..geometry.trees import divides
+from .footprint import require_memory
 from .plan import Plan
 from .tables import prepare
 
@@ -60,7 +61,13 @@ class CompiledScene:
         cache: SceneCache | None = None,
         pixels: int | None = None,
     ) -> None:
-        """cache: what an earlier frame has left, and what this one leaves. pixels: to be traced; None: all."""
+        """cache: what an earlier frame has left, and what this one leaves. pixels: to be traced; None: all.
+
+        Raises NotEnoughMemory, before anything is built, for a scene that does not fit.
+        """
+        x0, y0, x1, y1 = scene.camera.window
+        pixels = (x1 - x0) * (y1 - y0) if pixels is None else pixels
+        require_memory(scene, settings, pixels, cache)
         self.settings, self.arriving = settings, scene.arriving
         self.asks_rays = any(reads_ray(surface) for surface in scene.surfaces)
         self._kept = SceneCache(0) if cache is None else cache
@@ -77,8 +84,6 @@ class CompiledScene:
         self.lights = prepared.lights if self.plan.diffuse or self.plan.specular else []
         self.lamps = prepared.lamps
         self.linked_lamps = any(lamp.receives is not None for lamp in self.lamps)
-        x0, y0, x1, y1 = self.camera.window
-        pixels = (x1 - x0) * (y1 - y0) if pixels is None else pixels
         self._divided = divides(self.geometry, settings.samples, pixels)
         self._sets: dict[bytes, PrimitiveSet] = {}
         self._lock = threading.Lock()

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
 
 from ...expressions import expressions_of, walk
-from ...scene import Closure, Expression, Float32, Scene, Surface, Texture, World
+from ...scene import Closure, Expression, Scene, Surface, Texels, Texture, World
 from ..core.cache import SceneCache, key_of
 
 Images = Mapping[int, Texture]
@@ -31,7 +30,8 @@ def with_finite_texels(scene: Scene, cache: SceneCache) -> tuple[Scene, int]:
     broken = {key: image for key, image in images.items() if not _finite(image, cache)}
     if not broken:
         return scene, 0
-    count = sum(int(np.count_nonzero(~np.isfinite(p).all(axis=-1))) for image in broken.values() for p in _parts(image))
+    parts = [part for image in broken.values() for part in image.parts]
+    count = sum(int(np.count_nonzero(~np.isfinite(rows).all(axis=-1))) for part in parts for rows in part.bands())
     mended = {key: _mended(image) for key, image in broken.items()}
     surfaces = tuple(_mended_in(s, mended) for s in scene.surfaces)
     return replace(scene, world=_world(scene.world, mended), surfaces=surfaces), count
@@ -50,23 +50,26 @@ def _world(world: World, mended: Images) -> World:
     return replace(_mended_in(world, mended), backdrop=backdrop)
 
 
-def _parts(image: Texture) -> list[Float32]:
-    return [image.pixels, *image.tiles.values()]
-
-
 def _finite(image: Texture, cache: SceneCache) -> bool:
-    return cache.take(("finite", key_of(_parts(image))), partial(_is_finite, image))
+    return cache.take(("finite", key_of(image.parts)), lambda: all(map(_is_finite, image.parts)))
 
 
-def _is_finite(image: Texture) -> bool:
-    """The sum is finite only if all is; where it overflows all is looked at."""
+def _is_finite(texels: Texels) -> bool:
+    """A sum is finite only if all is; where it overflows all is looked at. Whole numbers are finite."""
+    if texels.stored.dtype.kind == "u":
+        return True
     with np.errstate(over="ignore", invalid="ignore"):
-        return all(bool(np.isfinite(p.sum()) or np.isfinite(p).all()) for p in _parts(image))
+        return all(bool(np.isfinite(rows.sum()) or np.isfinite(rows).all()) for rows in texels.bands())
 
 
 def _mended(image: Texture) -> Texture:
-    pixels, *tiles = (np.where(np.isfinite(p), p, np.float32(0)) for p in _parts(image))
+    """As float32: the few images that are broken."""
+    pixels, *tiles = (texels if _is_finite(texels) else _black(texels) for texels in image.parts)
     return replace(image, pixels=pixels, tiles=dict(zip(image.tiles, tiles, strict=True)))
+
+
+def _black(texels: Texels) -> Texels:
+    return Texels(np.concatenate([np.where(np.isfinite(rows), rows, np.float32(0)) for rows in texels.bands()]))
 
 
 def _mended_in(owner: T, mended: Images) -> T:

@@ -11,7 +11,8 @@ import OpenImageIO as oiio
 import pytest
 
 from hybrid_addon.blender.sync import Warnings
-from hybrid_addon.blender.sync.image import Images, frame_path, srgb_to_linear
+from hybrid_addon.blender.sync.image import Images, frame_path
+from hybrid_addon.blender.sync.image_file import srgb_to_linear
 from hybrid_addon.blender.sync.material import translate_material
 from hybrid_addon.expressions import walk
 
@@ -41,7 +42,7 @@ def checks(alpha=1.0):
 
 
 def read(b_image, warn=None):
-    return Images(warn or Warnings()).pixels(b_image)
+    return Images(warn or Warnings()).pixels(b_image).rgba()
 
 
 def assert_checks(pixels, grey):
@@ -217,7 +218,7 @@ def test_the_image_node_becomes_the_base_colours_texture(textured):
     assert (texture.name, texture.extension, texture.interpolation) == ("a.png", "MIRROR", "CLOSEST")
     assert texture.uv_map == ""
     assert texture.uv_transform.tolist() == [[1, 0, 0], [0, 1, 0]]
-    assert_checks(texture.pixels, LINEAR_HALF)
+    assert_checks(texture.pixels.rgba(), LINEAR_HALF)
     assert list(textured.warn) == []
 
 
@@ -286,10 +287,10 @@ def test_an_image_node_without_image_is_black(textured):
 
 def test_colour_is_multiplied_by_alpha_unless_alpha_is_used(scene, tmp_path):
     textured = Textured(write(tmp_path / "a.png", checks(128 / 255)))
-    assert textured.texture().pixels[0, 0] == pytest.approx((128 / 255, 0, 0, 1), abs=1e-4)
+    assert textured.texture().pixels.rgba()[0, 0] == pytest.approx((128 / 255, 0, 0, 1), abs=1e-4)
     b_math = textured.tree.nodes.new("ShaderNodeMath")
     textured.tree.links.new(textured.b_image.outputs["Alpha"], b_math.inputs[0])
-    assert textured.texture().pixels[0, 0, 0] == pytest.approx(1.0)
+    assert textured.texture().pixels.rgba()[0, 0, 0] == pytest.approx(1.0)
 
 
 # ------------------------------------------------------------------------------------------------ tiles
@@ -311,9 +312,9 @@ def test_tiles_that_are_nowhere_saved_are_read(scene):
     found = Images(warn).tiles(b_image)
     assert list(warn) == []
     assert set(found) == {(0, 0), (1, 0), (2, 1)}
-    for (column, row), pixels in found.items():
+    for (column, row), texels in found.items():
         expected = srgb_to_linear(np.array([(column + 1) / 4, row / 4], np.float32))
-        assert pixels[2, 2, :2] == pytest.approx(expected, abs=0.01)
+        assert texels.rgba()[2, 2, :2] == pytest.approx(expected, abs=0.01)
     assert b_image.filepath == ""
 
 
@@ -328,7 +329,7 @@ def test_tiles_are_files_and_one_that_is_missing_is_warned_of(scene, tmp_path, t
     warn = Warnings()
     found = Images(warn).tiles(b_image)
     assert set(found) == {(1, 1)}
-    assert_checks(found[1, 1], LINEAR_HALF)
+    assert_checks(found[1, 1].rgba(), LINEAR_HALF)
     assert list(warn) == ["image 'Tiles': cannot read its tile 1001; it is drawn pink"]
 
 
@@ -343,5 +344,5 @@ def test_a_tiled_image_on_a_material(scene):
     warn = Warnings()
     (image,) = walk(translate_material(b_material, Images(warn), warn).base_color)
     assert set(image.data.tiles) == {(0, 0), (1, 0)}
-    assert tuple(image.data.pixels[0, 0]) == (1, 0, 1, 1)  # where no tile is, as in EEVEE
+    assert tuple(image.data.pixels.rgba()[0, 0]) == (1, 0, 1, 1)  # where no tile is, as in EEVEE
     assert list(warn) == []
