@@ -48,6 +48,7 @@ class SurfaceTable:
     shades_specular: Bools  # (s,) and for the highlight
     straight: Bools  # (s,) IOR exactly 1: F = 0, rays pass unbent
     reflects: Bools  # (s,) a hit can spawn a reflected ray
+    glossless: Bools  # (s,) its interface reflects nothing, and so passes all (Refraction)
     transmits: Bools  # (s,) a hit can spawn a refracted or straight ray
     clear: Bools  # (s,) and it brings more than FAINT
     rough: Bools  # (s,) what it reflects or refracts by rays may be blurred
@@ -302,6 +303,7 @@ def _flags(low: Fields, high: Fields) -> dict[str, Bools]:
         "shades_specular": (local != 0) & (high["specular"] != 0).any(0),
         "straight": straight,
         "reflects": reflects | ((interface * high["interface_tint"] != 0).any(0) & ~straight),
+        "glossless": (high["interface_tint"] == 0).all(0),
         "transmits": (passes != 0).any(0),
         "clear": (passes > FAINT).any(0),
         "rough": np.zeros(len(straight), bool),

@@ -320,7 +320,7 @@ def _passed_closures(
         filmed, outside = flatnonzero(table.filmed.take(surface)), np.ones(len(prim), bool)
         once = with_film(once, filmed, np.minimum(cos, 1.0), ior, outside, ior, seen)
     fresnel, tint = both_faces(once, seen.value("tint", ALL), thin)
-    share: Array = seen.value("interface", ALL) * passed(fresnel, table.reflects.take(surface))
+    share: Array = seen.value("interface", ALL) * passed(fresnel, ~table.glossless.take(surface))
     if scene.settings.caustics == "SIMPLE":
         focused = simple_caustic(cos, ior)
         share = share * (focused if thin is None else np.where(thin, 1.0, focused))

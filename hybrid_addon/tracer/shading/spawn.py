@@ -144,7 +144,7 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
         bends &= ~thin
     return Split(
         reflected=rays.throughput * (at.value("mirror") + at.value("interface_tint") * (interface * fresnel)),
-        transmitted=rays.throughput * (tint * (interface * passed(fresnel, at.table.reflects.take(at.surface)))),
+        transmitted=rays.throughput * (tint * (interface * passed(fresnel, ~at.table.glossless.take(at.surface)))),
         unlit=at.has_highlight & blurs,
         bends=bends,
         cos_i=cos_i,

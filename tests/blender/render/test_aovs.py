@@ -56,7 +56,7 @@ def rendered(addon):
 
 
 def test_the_node_has_the_sockets_that_were_asked_for(rendered):
-    assert rendered.before == rendered.after == {"Image", "Alpha", "Mask", "Residual", "Raster"}
+    assert rendered.before == rendered.after == {"Image", "Alpha", "Mask", "Residual", "Raster", "Traced"}
     assert rendered.wanted == rendered.before | {"Depth", "Normal", "Samples"}
 
 
