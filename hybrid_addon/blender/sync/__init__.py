@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ...scene import Camera, Scene
+from ...scene import Camera, Scene, SunLight
 from ..flags import Flags
 from .cache import MeshCache
 from .camera import Size, Window, translate_camera
@@ -33,7 +33,8 @@ from .material import Surfaces, warn_of_roughness
 from .messages import UnsupportedError, Warnings
 from .objects import Objects
 from .settings import arriving, direct_strength, material_override, rough_samples
-from .world import translate_world
+from .volume import fog_of
+from .world import translate_world, world_medium
 
 __all__ = ["MeshCache", "Translation", "UnsupportedError", "Warnings", "translate"]
 
@@ -81,6 +82,7 @@ def translate(
     images = Images(warn, kept)
     name_scene(b_scene, warn)
     world = translate_world(b_depsgraph, b_scene, images, warn)
+    medium = world_medium(b_depsgraph, b_scene, images, warn)
     surfaces = Surfaces(images, warn, material_override(b_scene, b_depsgraph))
     objects = Objects(surfaces, LightContext(light_falloff, b_scene.eevee.light_threshold), Flags(b_scene), warn, kept)
     objects.add_all(b_depsgraph)
@@ -92,9 +94,14 @@ def translate(
         meshes=tuple(objects.meshes),
         instances=tuple(objects.instances),
         surfaces=tuple(surfaces.surfaces),
-        lights=tuple(scaled(light, direct_strength(b_scene), b_scene.eevee.use_shadows) for light in objects.lights),
+        lights=tuple(
+            scaled(light, direct_strength(b_scene), b_scene.eevee.use_shadows)
+            for light in objects.lights
+            if not (medium.dims and isinstance(light, SunLight))
+        ),
         world=world,
         arriving=arriving(b_scene),
+        fog=fog_of(b_scene, medium, objects.fog),
     )
     return Translation(scene, tuple(warn), _counts(scene), tuple(objects.owners))
 

@@ -338,3 +338,12 @@ STEADY_SCENE = 500
 """Where ray traced objects move, the centre of coordinates follows them in steps of about their size, so that what
 stands still keeps its coordinates from frame to frame: in scenes no larger than this many times their size. In larger
 ones the steps would cost digits where shadows and contacts of small objects need them."""
+
+FOG_HORIZON = 1e12
+"""Metres: fog that ends nowhere ends here, so that no fog times an infinite distance is a number."""
+
+FOG_FLATNESS = 1e-5
+"""A body flatter than this share of its size holds no fog: its two sides lie within an offset of each other."""
+
+MAX_FOG_CROSSINGS = 64
+"""Surfaces of bodies of fog that a ray crosses; behind them it meets no more."""

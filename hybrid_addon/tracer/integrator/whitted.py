@@ -31,6 +31,7 @@ from ..shading.interaction import Interaction
 from ..shading.lamps import add_lamps
 from ..shading.rough_transmission import through_rough_glass
 from ..shading.spawn import spawn
+from .fog import through_fog
 
 Watch = Callable[[Rays, Hits, Index, Interaction | None, Rays], None]
 """Told of each wave: its rays, their hits, which of them hit, what is known of those (None: no one hit), their rays."""
@@ -97,6 +98,9 @@ def _trace_wave(
 
     # Let the solids absorb their share on the way.
     rays = scene.media.absorbed(rays, hits.t, hit)
+
+    # So does fog, which glows besides.
+    rays = through_fog(scene, rays, hits.t, hit, sample_buffer, stats, sampler)
 
     # Let escaped rays see the world.
     add_escaped(scene, rays, select(~hit), sample_buffer, stats)

@@ -46,6 +46,7 @@ class CompiledScene:
 
     geometry, media, surfaces, world, lights, plan : see their modules; `lights` holds those that can light anything.
     lamps : lights that reflected and refracted rays can meet.   linked_lamps : not all of them light everything.
+    fog, fog_lights : fog, or None, and the lights that it scatters.
     seen_by_camera, seen_by_secondary : what camera rays and all later rays can hit.
     occluders : what hides the world from points, or None: nothing does.
     screen_space : what raster-backed hits are looked up in, or None.
@@ -73,6 +74,7 @@ class CompiledScene:
             self.world.prepare_glossy(MIRROR_ROUGHNESS, 1.0)
         self.lights = prepared.lights if self.plan.diffuse or self.plan.specular else []
         self.lamps = prepared.lamps
+        self.fog, self.fog_lights = prepared.fog, prepared.fog_lights
         self.linked_lamps = any(lamp.receives is not None for lamp in self.lamps)
         x0, y0, x1, y1 = self.camera.window
         pixels = (x1 - x0) * (y1 - y0) if pixels is None else pixels
@@ -108,7 +110,8 @@ class CompiledScene:
             return ShadowCasters(seen, opaque, bool((members & ~opaque).any()), hollow)
 
         self._blockers = blockers(casts if self.plan.shadows else np.zeros_like(casts))
-        linked = [(light.key, light.blocks) for light in (*self.lights, *self.lamps) if light.blocks is not None]
+        asking = (*self.lights, *self.lamps, *self.fog_lights)
+        linked = [(light.key, light.blocks) for light in asking if light.blocks is not None]
         self._linked = {int(key): blockers(casts & blocks, self.media.bounded_by(~blocks)) for key, blocks in linked}
 
     def blockers(self, light: CompiledLight) -> ShadowCasters:
