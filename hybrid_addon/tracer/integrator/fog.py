@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32, Float64
-from ..core.constants import LEAST_RADIUS
 from ..core.rays import Rays
 from ..core.sampler import Draws, Sampler
 from ..core.stats import Stats
@@ -138,9 +137,8 @@ def _arriving(
     stats: Stats,
 ) -> Float64:
     """(3, n): what fog of scattering 1 per metre at points (3, n) sends against directions (3, n) of a lamp's light."""
-    least = np.full(point.shape[1], LEAST_RADIUS, np.float32)
     wi = normalize(light.toward(point))
-    received = light.illuminate(point, wi, least).specular.astype(np.float64) * light.light.volume
+    received = light.into_fog(point).astype(np.float64) * light.light.volume
     result = light.color.astype(np.float64) * (received * phase(dot(direction, wi.astype(np.float64)), turned))
     lit = flatnonzero((result != 0).any(axis=0))
     if len(lit) == 0:
@@ -188,4 +186,5 @@ class _Cone:
         away = distance - self._nearest
         width = np.maximum(self._to - self._from, 1e-12)
         inside = (distance >= self._low) & (distance <= self._high)
-        return np.asarray(np.where(inside, self._height / (width * (self._height**2 + away**2)), 0.0))
+        density = self._height / (width * (self._height**2 + away**2))
+        return np.asarray(np.where(inside, density, 0.0), np.float64)

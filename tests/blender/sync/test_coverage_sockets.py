@@ -219,8 +219,8 @@ PARTLY = ("ShaderNodeMapRange",)
 """Followed in most of their settings."""
 
 
-NEVER_WHOLE = ("ShaderNodeLightPath", "ShaderNodeVolumePrincipled")
-"""They bring a warning whatever is set: rays are the camera's, volumes scatter nothing."""
+NEVER_WHOLE = ("ShaderNodeLightPath",)
+"""They bring a warning whatever is set: rays are the camera's."""
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind in SOCKETS and not is_named_whole(kind)])

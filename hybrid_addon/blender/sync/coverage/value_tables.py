@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from .scene_tables import CYCLES
+from .shader_tables import PHASE
 from .status import Irrelevant, Named, Table, followed, irrelevant, nodes, within
 
 OWN_NORMAL = "is not followed; the surface's own normal is used"
@@ -99,6 +100,7 @@ OUTPUT = "Blender says which output EEVEE uses"
 GGX = Irrelevant("EEVEE draws GGX, whatever is chosen")
 
 NODE_SETTINGS: dict[str, Table] = {
+    **nodes("VolumeScatter, VolumeCoefficients", irrelevant(PHASE, "phase")),
     **nodes(
         "TexBrick, TexChecker, TexGabor, TexGradient, TexMagic, TexNoise, TexSky, TexVoronoi,TexWave",
         TEXTURE,
