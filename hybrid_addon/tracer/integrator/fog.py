@@ -105,14 +105,14 @@ def _scattered(
     for part in range(FOG_STEPS):
         square = None if draws is None else draws.square(light.key ^ PLACES, part, FOG_STEPS)
         even = np.full(len(concerned), (part + 0.5) / FOG_STEPS)
-        chance = even if square is None else square[0].astype(np.float64)
+        chance, lot = (even, even) if square is None else (numbers.astype(np.float64) for numbers in square)
         if cone is None:
-            distance = path.drawn(chance)
+            distance = path.drawn(chance, lot)
             density = path.density(distance)
         else:
             # The lower half of the random numbers draws by what is seen, the upper one by nearness.
             by_light = chance >= 0.5
-            distance = np.where(by_light, cone.drawn(2 * chance - 1), path.drawn(np.minimum(2 * chance, 1.0)))
+            distance = np.where(by_light, cone.drawn(2 * chance - 1), path.drawn(np.minimum(2 * chance, 1.0), lot))
             density = (path.density(distance) + cone.density(distance)) / 2
         left, scattering, turned = path.at(distance)
         counts = flatnonzero((density > 0) & (scattering > 0).any(axis=0) & np.isfinite(distance))

@@ -104,13 +104,13 @@ class FogPath:
         """(k, n), whether light that a stretch scatters gets to the ray's start."""
         return np.asarray((self._weights > 0).any(axis=0))
 
-    def drawn(self, chance: Float64) -> Float64:
-        """Distances (n,), by random numbers (n,) in 0 .. 1, with `density`: where most of the light comes from."""
-        likely, n = self._likely, np.arange(len(chance))
-        upto = np.cumsum(likely, axis=0)
-        color = np.minimum((upto <= chance).sum(axis=0), 2)
-        own = likely[color, n]
-        chance = np.clip((chance - upto[color, n] + own) / np.where(own > 0, own, 1.0), 0.0, 1.0)
+    def drawn(self, chance: Float64, lot: Float64) -> Float64:
+        """Distances (n,), with `density`: where most of the light comes from.
+
+        chance, lot : random numbers (n,) in 0 .. 1; the second one chooses the colour to go by.
+        """
+        n = np.arange(len(chance))
+        color = np.minimum((np.cumsum(self._likely, axis=0) <= lot).sum(axis=0), 2)
         # A stretch of that colour, then a place in it.
         weight = self._weights[color, :, n].T
         upto = np.cumsum(weight, axis=0)
@@ -144,6 +144,7 @@ class CompiledFog:
 
     glows    : some of it sends light into rays.   scatters : that of lamps, too.   shadows : of `scene.Fog`.
     left_out : names of bodies that are not closed.
+    radius   : of a ball around the scene's centre that holds all of it.
     """
 
     def __init__(self, fog: Fog, camera: Camera, center: Float64) -> None:
@@ -157,6 +158,8 @@ class CompiledFog:
         self._everywhere = fog.world is not None and not fog.world.is_nothing
         self.scatters = any(any(medium.scattering) for medium in media)
         self.glows = any(any((*medium.scattering, *medium.emission)) for medium in media)
+        reach = [np.abs(corner - center).max() * np.sqrt(3) for body in sound for corner in _bounds(body)]
+        self.radius = np.inf if self._everywhere else float(max(reach, default=0.0))
         self._layers = [_Layer(sound, chosen, camera, center) for chosen in _apart(sound)]
 
     @property
@@ -242,9 +245,7 @@ def _apart(bodies: list[FogBody]) -> list[Numbers]:
     """The numbers of bodies, in groups whose bounds do not meet."""
     groups: list[tuple[list[int], Float64, Float64]] = []
     for number, body in enumerate(bodies):
-        matrix = np.asarray(body.matrix_world, np.float64)
-        corners = body.mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3]
-        low, high = corners.min(axis=0), corners.max(axis=0)
+        low, high = _bounds(body)
         gap = FOG_FLATNESS * np.maximum(np.abs(low), np.abs(high)).max()
         low, high = low - gap, high + gap
         for place, (members, lows, highs) in enumerate(groups):
@@ -254,6 +255,13 @@ def _apart(bodies: list[FogBody]) -> list[Numbers]:
         else:
             groups.append(([number], low[None], high[None]))
     return [np.array(members, np.intp) for members, _, _ in groups]
+
+
+def _bounds(body: FogBody) -> tuple[Float64, Float64]:
+    """Lowest and highest corner (3,) in the world."""
+    matrix = np.asarray(body.matrix_world, np.float64)
+    corners = body.mesh.vertices.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    return corners.min(axis=0), corners.max(axis=0)
 
 
 def compile_fog(fog: Fog, camera: Camera, center: Float64) -> CompiledFog | None:
@@ -284,8 +292,7 @@ def _is_closed(body: FogBody) -> bool:
     mesh = body.mesh
     if len(mesh.triangles) == 0 or (closed_parts(mesh).part < 0).any():
         return False
-    corners = mesh.vertices.astype(np.float64) @ np.asarray(body.matrix_world)[:3, :3].T
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = _bounds(body)
     return bool(np.min(high - low) > FOG_FLATNESS * np.max(high - low))
 
 

@@ -223,7 +223,8 @@ class CompiledScene:
         signed, branched : their paths, or branches, are asked for (see `Rays`).
         """
         geometry, n = self.geometry, len(x)
-        origin, direction, t_max = generate_rays(self.camera, x, y, geometry.center, geometry.bounds_radius, on_lens)
+        radius = geometry.bounds_radius if self.fog is None else max(geometry.bounds_radius, self.fog.radius)
+        origin, direction, t_max = generate_rays(self.camera, x, y, geometry.center, radius, on_lens)
         media = self.media.empty(n)
         if stats is not None and self.camera_in_solid:
             media = self.media.around_camera(origin, direction, lambda: self.solids, stats)
