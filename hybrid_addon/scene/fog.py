@@ -25,13 +25,18 @@ class Fog:
     """All fog of a scene. Where bodies overlap, or lie in the world's medium, their media add up.
 
     world   : fills everything; None: nothing does.
-    reach   : metres; a ray goes through no more of the world's medium than this.
+    reach   : metres; a ray goes through no more of the world's medium than this, and a camera ray through none that is
+              deeper in the picture.
+    start   : metres along the view axis; camera rays meet no fog before.
+    sky     : it scatters the light of the world (EEVEE of Blender 5 does, that of 4.5 does not).
     shadows : light is dimmed by fog on its way from lamps into fog (EEVEE's *Volume Shadows*).
     """
 
     world: Medium | None = None
     bodies: tuple[FogBody, ...] = ()
     reach: float = float("inf")
+    start: float = 0.0
+    sky: bool = True
     shadows: bool = False
 
     @property

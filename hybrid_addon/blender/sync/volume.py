@@ -54,14 +54,19 @@ def absorption_from(socket: Socket, reader: NodeReader) -> RGB:
 
 
 def fog_of(b_scene: bpy.types.Scene, world: Medium | None, bodies: list[FogBody]) -> Fog:
-    """All fog, with EEVEE's settings: a world's reaches from the camera to *Volumes > End*, or to its clip end."""
+    """All fog, with EEVEE's settings: as deep as EEVEE draws it, which is no deeper than the clip planes."""
     b_eevee, b_camera = b_scene.eevee, b_scene.camera
-    reach = b_eevee.volumetric_end
-    custom = getattr(b_eevee, "use_volume_custom_range", True)
-    if not custom and b_camera is not None and b_camera.type == "CAMERA":
-        reach = b_camera.data.clip_end
-    shadows = b_eevee.use_shadows and b_eevee.use_volumetric_shadows
-    return Fog(world, tuple(bodies), float(reach), shadows=bool(shadows))
+    start, reach = b_eevee.volumetric_start, b_eevee.volumetric_end
+    if not b_eevee.use_volume_custom_range and b_camera is not None and b_camera.type == "CAMERA":
+        start, reach = b_camera.data.clip_start, b_camera.data.clip_end
+    return Fog(
+        world,
+        tuple(bodies),
+        reach=float(reach),
+        start=float(start),
+        sky=bpy.app.version >= (5, 0, 0),
+        shadows=bool(b_eevee.use_shadows and b_eevee.use_volumetric_shadows),
+    )
 
 
 def name_fog(b_object: bpy.types.Object, ray_traced: bool, warn: Warnings) -> None:

@@ -22,7 +22,7 @@ from ...scene import Float32, Float64
 from ..core.rays import Rays
 from ..core.sampler import Draws, Sampler
 from ..core.stats import Stats
-from ..core.vectors import dot, flatnonzero, normalize
+from ..core.vectors import Array, dot, flatnonzero, normalize
 from ..emitters.light import CompiledLight
 from ..film.samples import SampleBuffer
 from ..media.fog import CompiledFog, FogPath
@@ -34,6 +34,9 @@ Bools = NDArray[np.bool_]
 
 FOG_STEPS = 4
 """Places on each ray at which fog asks for the light of each lamp; each sample of a pixel takes others."""
+
+LEAST_HEIGHT = 1e-6
+"""A ray passes a lamp no nearer than this share of its distance, as far as choosing places goes: angles stay finite."""
 
 PLACES = np.uint32(0x0F06F06F)
 """With a light's key: the sampler's dimension of places on rays that ask for it."""
@@ -48,25 +51,44 @@ def through_fog(
     fog = scene.fog
     if fog is None or len(rays) == 0:
         return rays
-    distance = np.where(hit, t, np.inf)
+    distance, first = np.where(hit, t, np.inf), rays.camera & (rays.straight == 0)
     if scene.media.rows:  # in a solid there is none
         distance[innermost(rays.media, scene.media.count) != scene.media.count] = 0.0
-    path = fog.along(rays.origin, rays.direction, distance, stats)
+    origin, direction, distance = _drawn_part(scene, fog, rays, distance, first)
+    path = fog.along(origin, direction, distance, stats)
     left = path.transmittance()
-    drawn = rays.camera & (rays.straight == 0)
-    if scene.settings.camera_sees == "ALL":
-        drawn[:] = False
+    drawn = first & (scene.settings.camera_sees != "ALL")
     glows = flatnonzero(~drawn)
     if len(glows) and fog.glows:
-        seen, path = rays.take(glows), path.take(glows)
+        seen, path = replace(rays, origin=origin).take(glows), path.take(glows)
         draws = None if sampler is None or len(seen.path) == 0 else sampler.draws(seen.sample, seen.path)
-        radiance = path.glow(_ambient(scene, seen, path))
+        radiance = path.glow(_ambient(scene, seen, path) if fog.sky else np.zeros((3, 1)))
         for light in scene.fog_lights:
             radiance += _scattered(scene, fog, light, seen, path, draws, stats)
         sample_buffer.add_radiance(seen.sample, (seen.throughput * radiance).astype(np.float32), seen.branch)
     mean = left.mean(axis=0)
     left = np.where(drawn, np.where(mean > 0, left / np.where(mean > 0, mean, 1.0), 1.0), left)
     return replace(rays, throughput=(rays.throughput * left).astype(np.float32))
+
+
+def _drawn_part(
+    scene: CompiledScene, fog: CompiledFog, rays: Rays, distance: Float64, first: Bools
+) -> tuple[Float32, Array, Float64]:
+    """Origins, directions and lengths of rays of lengths (n,); of those that come straight from the camera, `first`,
+    the part in which EEVEE draws fog."""
+    index = flatnonzero(first)
+    if len(index) == 0:
+        return rays.origin, rays.direction, distance
+    camera = np.asarray(scene.camera.matrix_world, np.float64)
+    start, direction = rays.origin[:, index].astype(np.float64), rays.direction[:, index].astype(np.float64)
+    eye, axis = camera[:3, 3:] - scene.geometry.center[:, None], -camera[:3, 2:3]
+    depth, toward = dot(axis, start - eye), dot(axis, direction)
+    begins = np.maximum((fog.start - depth) / toward, 0.0)
+    ends = np.minimum(distance[index], (fog.reach - depth) / toward)
+    origin, distance = rays.origin.copy(), distance.copy()
+    origin[:, index] = (start + direction * begins).astype(np.float32)
+    distance[index] = np.maximum(ends - begins, 0.0)
+    return origin, rays.direction, distance
 
 
 def _ambient(scene: CompiledScene, rays: Rays, path: FogPath) -> Float64:
@@ -78,7 +100,7 @@ def _ambient(scene: CompiledScene, rays: Rays, path: FogPath) -> Float64:
     before, behind = (scene.world.irradiance_over_pi(d).astype(np.float64) for d in (direction, -direction))
     mean, turned = (before + behind) / 2, (before - behind) / 2
     # Of irradiance over pi the first order has 2/3 of its weight in radiance. EEVEE's sign is the other way around than
-    # for lamps: fog that scatters forward shows the world behind the camera. Measured, 4.5 and 5.2.
+    # for lamps: fog that scatters forward shows the world behind the camera. Measured, 5.2.
     light = mean - 1.5 * path.anisotropy() * turned if turned.any() else mean
     return np.asarray(np.maximum(light, 0.0) * scene.arriving.indirect)
 
@@ -159,7 +181,7 @@ def _arriving(
 
 def phase(cosine: Float64, g: Float64) -> Float64:
     """Henyey & Greenstein (1941), 1/sr: of light that comes from where a ray goes to, cosine (n,) apart from there."""
-    return np.asarray((1 - g * g) / (4 * np.pi * np.maximum(1 + g * g - 2 * g * cosine, 1e-12) ** 1.5))
+    return np.asarray((1 - g * g) / (4 * np.pi * (1 + g * g - 2 * g * cosine) ** 1.5))
 
 
 class _Cone:
@@ -169,7 +191,8 @@ class _Cone:
         toward = light.position.astype(np.float64) - origin
         self._nearest = dot(toward, direction)
         off = toward - direction * self._nearest
-        self._height = np.maximum(np.sqrt(dot(off, off)), 1e-6 * np.maximum(np.sqrt(dot(toward, toward)), 1e-9))
+        least = LEAST_HEIGHT * np.maximum(np.sqrt(dot(toward, toward)), LEAST_HEIGHT)
+        self._height: Float64 = np.maximum(np.sqrt(dot(off, off)), least)
         scatters = path.scatters
         first = np.where(scatters, path.start, np.inf).min(axis=0)
         last = np.where(scatters, path.start + path.length, -np.inf).max(axis=0)
@@ -179,12 +202,12 @@ class _Cone:
     def drawn(self, chance: Float64) -> Float64:
         """Distances (n,) by random numbers (n,)."""
         angle = self._from + np.clip(chance, 0.0, 1.0) * (self._to - self._from)
-        return np.clip(self._nearest + self._height * np.tan(angle), self._low, self._high)
+        return np.asarray(np.clip(self._nearest + self._height * np.tan(angle), self._low, self._high))
 
     def density(self, distance: Float64) -> Float64:
         """(n,) 1/m of `drawn`."""
-        away = distance - self._nearest
-        width = np.maximum(self._to - self._from, 1e-12)
-        inside = (distance >= self._low) & (distance <= self._high)
-        density = self._height / (width * (self._height**2 + away**2))
-        return np.asarray(np.where(inside, density, 0.0), np.float64)
+        width, away = self._to - self._from, distance - self._nearest
+        inside = (distance >= self._low) & (distance <= self._high) & (width > 0)
+        density: Float64 = self._height / (np.where(width > 0, width, 1.0) * (self._height**2 + away**2))
+        density *= inside
+        return density

@@ -142,7 +142,8 @@ class FogPath:
 class CompiledFog:
     """The fog of a scene, ready to be asked.
 
-    glows    : some of it sends light into rays.   scatters : that of lamps, too.   shadows : of `scene.Fog`.
+    glows    : some of it sends light into rays.   scatters : that of lamps, too.
+    start, reach, sky, shadows : of `scene.Fog`.
     left_out : names of bodies that are not closed.
     radius   : of a ball around the scene's centre that holds all of it.
     """
@@ -152,6 +153,7 @@ class CompiledFog:
         bodies = [body for body in fog.bodies if not body.medium.is_nothing]
         sound = [body for body in bodies if _is_closed(body)]
         self.left_out = [body.name for body in bodies if not any(body is one for one in sound)]
+        self.sky, self.start = fog.sky, fog.start
         self.shadows, self.reach = fog.shadows, min(fog.reach, FOG_HORIZON)
         media = [*(body.medium for body in sound), fog.world or Medium()]
         self._numbers = np.array([_numbers(medium) for medium in media]).T

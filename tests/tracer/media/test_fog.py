@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fog: closed forms of slabs, furnaces, lamps; bodies that overlap, touch, hold glass or the camera; extreme numbers."""
+"""Fog: closed forms of slabs, furnaces and lamps; bodies that overlap, touch, hold glass or the camera; extremes."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.integrator.fog import phase
 
 WHITE = World((1.0, 1.0, 1.0))
+BLACK = World()
 HG_STEPS = np.linspace(-1, 1, 200001)
 
 
@@ -46,7 +47,7 @@ def box(medium, *where, **kind):
     return FogBody("box", mesh, matrix, medium)
 
 
-def seen(fog=None, world=World(), lights=(), samples=1, sees="ALL", **things):
+def seen(fog=None, world=BLACK, lights=(), samples=1, sees="ALL", **things):
     """(3,) the middle of a narrow picture from 10 m above, and how much its pixels differ."""
     place = np.eye(4)
     place[2, 3] = 10
@@ -140,7 +141,15 @@ def test_bodies_that_overlap_and_touch_add_up():
 
 def test_the_worlds_fog_ends_where_it_is_said_to():
     found, _ = seen(Fog(Medium(emission=(0.01, 0.02, 0)), reach=50))
-    np.testing.assert_allclose(found, (0.5, 1, 0), rtol=1e-6)
+    np.testing.assert_allclose(found, (0.5, 1, 0), rtol=1e-4)
+
+
+def test_camera_rays_meet_fog_only_as_deep_as_it_is_drawn():
+    """From 4 to 11 m: 3 m of the slab, which lies from 8 to 12 m."""
+    fog = Fog(bodies=(box(Medium(emission=(0.1, 0.2, 0))),), start=4, reach=11)
+    np.testing.assert_allclose(seen(fog)[0], (0.3, 0.6, 0), rtol=1e-4)
+    everywhere = Fog(Medium(emission=(0.1, 0.2, 0)), start=4, reach=11)
+    np.testing.assert_allclose(seen(everywhere)[0], (0.7, 1.4, 0), rtol=1e-4)
 
 
 def test_a_body_that_is_turned_inside_out_is_the_same():
@@ -217,3 +226,16 @@ def test_a_scene_without_fog_compiles_none():
     for fog in (Fog(), nothing):
         compiled = CompiledScene(Scene(camera, world=WHITE, fog=fog), Settings())
         assert compiled.fog is None and not compiled.plan.draws
+
+
+@pytest.mark.parametrize(
+    ("wrong", "what"),
+    [
+        ({"absorption": (-1, 0, 0)}, "absorption"),
+        ({"emission": (np.nan, 0, 0)}, "emission"),
+        ({"anisotropy": 1.0}, "a"),
+    ],
+)
+def test_bad_media_are_refused_in_one_line(wrong, what):
+    with pytest.raises(ValueError, match=f"fog: {what}"):
+        seen(slab(**wrong))
