@@ -122,7 +122,7 @@ class CompiledLight(ABC):
         """
         color = getattr(self.light, self.light.color_field)
         self.require(all(map(math.isfinite, color)), f"its colour must be finite, got {color}")
-        self.require_finite("diffuse", "specular", "transmission")
+        self.require_finite("diffuse", "specular", "transmission", "volume")
 
     # -------------------------------------------------------------------------------------------- what it lights
 
