@@ -24,8 +24,10 @@ from dataclasses import dataclass, field
 
 from .camera import Camera, Lens
 from .film import Film, Raster, Settings
+from .fog import Fog, FogBody
 from .geometry import Instance, Plane, Sphere, TriangleMesh, Visibility
 from .lights import AreaLight, Arriving, Light, PlacedLight, PointLight, SpotLight, SunLight, World, WorldSun
+from .media import Medium
 from .numbers import BLACK, RGB, WHITE, Float32, Float64, Int32
 from .surfaces import Closure, Color, Expression, Number, Surface, Texture, Value
 from .texels import Texels
@@ -43,10 +45,13 @@ __all__ = [
     "Film",
     "Float32",
     "Float64",
+    "Fog",
+    "FogBody",
     "Instance",
     "Int32",
     "Lens",
     "Light",
+    "Medium",
     "Number",
     "PlacedLight",
     "Plane",
@@ -81,6 +86,7 @@ class Scene:
     lights: tuple[Light, ...] = ()
     world: World = field(default_factory=World)
     arriving: Arriving = field(default_factory=Arriving)
+    fog: Fog = field(default_factory=Fog)
     raster: Raster | None = None
 
     @property

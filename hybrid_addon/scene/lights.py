@@ -16,7 +16,8 @@ from .surfaces import Color, Texture
 class Light:
     """What all lights have. `color_field` names the field of a kind that says how strong it is.
 
-    diffuse, specular, transmission : weights of this light where it is scattered, mirrored, and seen through glass.
+    diffuse, specular, transmission, volume : weights of this light where it is scattered, mirrored, seen through glass,
+                          and scattered by fog.
     receivers, blockers : the objects that it lights, and those that cast shadows in its light, by numbers that count
                           the scene's instances, then its spheres, then its planes; None: all.
     """
@@ -29,6 +30,7 @@ class Light:
     diffuse: float = 1.0
     specular: float = 1.0
     transmission: float = 1.0
+    volume: float = 1.0
     receivers: frozenset[int] | None = None
     blockers: frozenset[int] | None = None
 

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from .media import Medium
 from .numbers import BLACK, RGB, WHITE, Float32, Float64
 from .texels import Texels, texels_of
 
@@ -107,6 +108,8 @@ class Surface:
                          absorb light are there: by them rays leave.
     shadow_culled      : the same for shadow rays: what a light sees the back of is not in its way.
     approximate        : the translator could not follow all that it is made of: what the raster shows of it is nearer.
+    fog                : of a material that has only a volume: what the closed bodies that wear it are full of, where
+                         they are `FogBody`s. As a surface it does nothing.
     closures           : what it is the weighted sum of; then of its own fields only `name`, `absorption`, `culled`,
                          `shadow_culled` and `approximate` count. None: it is a single closure, which the fields tell.
     """
@@ -149,6 +152,7 @@ class Surface:
     shadow_culled: bool = False
     approximate: bool = False
     closures: tuple[Closure, ...] = ()
+    fog: Medium | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -72,8 +72,8 @@ def unfit_to_back(scene: bpy.types.Scene) -> str:
         return "depth of field blurs EEVEE's picture, but not its depth"
     if scene.render.use_motion_blur:
         return "motion blur blurs EEVEE's picture, but not its depth"
-    if _has_volume(scene.world):
-        return "a world's volume lies between EEVEE's picture and its surfaces"
+    if may_scatter(scene):
+        return "a volume lies between EEVEE's picture and its surfaces"
     return ""
 
 

@@ -144,8 +144,7 @@ def trace_frame(
         drawn, mask, depth, albedo, lines = again.raster, again.mask, again.depth, again.albedo, again.lines
     elif mode != "FULL":
         reading = "Reading EEVEE's picture"
-        going_on = partial(_going_on, progress, reading)
-        half = _stage(progress, reading, eevee_half.read, scene, window, going_on)
+        half = _stage(progress, reading, eevee_half.read, scene, window, partial(_going_on, progress, reading))
         drawn, mask, depth, albedo, lines = half
         held = retrace.hold(scene, window, half)
     timing["mask read"] = clock.read()

@@ -74,6 +74,8 @@ def _places(scene: Scene) -> dict[str, list[object]]:
     found: dict[str, list[object]] = {"the camera": [view]}
     for i in scene.instances:
         found.setdefault(i.name, []).append((i.matrix_world.tobytes(), i.ray_traced, repr(i.visibility)))
+    for body in scene.fog.bodies:
+        found.setdefault(body.name, []).append((body.matrix_world.tobytes(), repr(body.medium)))
     for light in scene.lights:
         found.setdefault(light.name, []).append(repr(light))
     return found

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ...scene import Camera, Scene
+from ...scene import Camera, Scene, SunLight
 from ..flags import Flags
 from ..view_layers import source_layer
 from .cache import MeshCache
@@ -36,7 +36,8 @@ from .messages import UnsupportedError, Warnings
 from .objects import Objects
 from .settings import arriving, direct_strength, material_override, rough_samples
 from .texture import FrameFacts
-from .world import translate_world
+from .volume import fog_of
+from .world import translate_world, world_medium
 
 __all__ = ["MeshCache", "Translation", "UnsupportedError", "Warnings", "translate"]
 
@@ -85,6 +86,7 @@ def translate(
     name_scene(b_scene, warn)
     frame = _facts(b_scene, camera)
     world = translate_world(b_depsgraph, b_scene, images, warn, frame)
+    medium = world_medium(b_depsgraph, b_scene, images, warn)
     surfaces = Surfaces(images, warn, material_override(b_scene, b_depsgraph), frame)
     objects = Objects(surfaces, LightContext(light_falloff, b_scene.eevee.light_threshold), Flags(b_scene), warn, kept)
     objects.add_all(b_depsgraph, b_scene.render.hair_subdiv)
@@ -96,9 +98,14 @@ def translate(
         meshes=tuple(objects.meshes),
         instances=tuple(objects.instances),
         surfaces=tuple(surfaces.surfaces),
-        lights=tuple(scaled(light, direct_strength(b_scene), b_scene.eevee.use_shadows) for light in objects.lights),
+        lights=tuple(
+            scaled(light, direct_strength(b_scene), b_scene.eevee.use_shadows)
+            for light in objects.lights
+            if not (medium.dims and isinstance(light, SunLight))
+        ),
         world=world,
         arriving=arriving(b_scene),
+        fog=fog_of(b_scene, medium, objects.fog),
     )
     return Translation(scene, tuple(warn), _counts(scene), tuple(objects.owners))
 

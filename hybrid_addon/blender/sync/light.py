@@ -123,6 +123,7 @@ def _common_fields(b_object: bpy.types.Object) -> dict[str, Any]:
         "diffuse": b_light.diffuse_factor * b_object.visible_diffuse,
         "specular": b_light.specular_factor * b_object.visible_glossy,
         "transmission": b_light.transmission_factor * b_object.visible_transmission,
+        "volume": b_light.volume_factor * b_object.visible_volume_scatter,
     }
 
 

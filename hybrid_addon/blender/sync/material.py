@@ -26,7 +26,7 @@ from .settings import NOTHING_OF_ITS_OWN, CustomSurface, custom_surface
 from .shaders import surface_from
 from .sums import averaged, each, singles
 from .texture import NO_FRAME, FrameFacts, NodeReader
-from .volume import absorption_from
+from .volume import absorption_from, medium_from
 
 MIRROR_ROUGHNESS = 0.25  # above it a sharp mirror image looks wrong enough to be worth a warning
 DEFAULT_ROUGHNESS = 0.4  # of an object without material (BKE_material_default_surface)
@@ -139,8 +139,9 @@ def _described(b_material: bpy.types.Material, images: Images, warn: Warnings, f
 
 def _inside_and_out(output: Node, reader: NodeReader) -> Surface:
     """The surface and what lies behind it. A volume alone has a surface that does nothing."""
-    only_volume = output.input("Surface").node() is None and output.input("Volume").node() is not None
-    surface = Surface(opacity=0.0, ior=1.0) if only_volume else surface_from(output.input("Surface"), reader)
+    if output.input("Surface").node() is None and output.input("Volume").node() is not None:
+        return Surface(opacity=0.0, ior=1.0, fog=medium_from(output.input("Volume"), reader))
+    surface = surface_from(output.input("Surface"), reader)
     return replace(surface, absorption=absorption_from(output.input("Volume"), reader))
 
 

@@ -20,10 +20,10 @@ import bpy
 import numpy as np
 
 from ...expressions import reads, reads_of_instance
-from ...scene import Float64, Instance, Light, TriangleMesh, Visibility
+from ...scene import Float64, FogBody, Instance, Light, TriangleMesh, Visibility
 from ..flags import Flags
 from .cache import MeshCache
-from .coverage import name_object, name_settings
+from .coverage import FIRST, name_object, name_settings
 from .displacement import WORLDLY, displaced, keys_of_mesh
 from .light import LightContext, translate_light
 from .likely_to_move import moves
@@ -34,6 +34,7 @@ from .messages import Warnings
 from .object_values import ObjectValues
 from .settings import ObjectSettings, instance_settings
 from .strands import has_hair, translate_curves, translate_hair, translate_points
+from .volume import is_smoke, name_fog
 
 MeshKey = tuple[int, frozenset[str], bytes]
 Translate = Callable[[bpy.types.Object, frozenset[str], Warnings], TriangleMesh | None]
@@ -60,6 +61,7 @@ class Objects:
         self.instances: list[Instance] = []
         self.owners: list[str] = []  # of each instance the object whose flag decides
         self.lights: list[Light] = []
+        self.fog: list[FogBody] = []  # of what has no surface, but a volume
         self._links: list[Links] = []  # of the lights
         self._names: list[str] = []  # of each instance, by which light linking knows it
 
@@ -97,6 +99,9 @@ class Objects:
     def _add_surface(self, b_instance: bpy.types.DepsgraphObjectInstance) -> None:
         b_object = b_instance.object
         if not _has_faces(b_object.data):
+            return
+        if is_smoke(b_object):
+            self._warn.add(f"object {b_object.name!r}: smoke is not traced: rays meet nothing of it", FIRST)
             return
         settings = instance_settings(b_instance, self._flags)
         surfaces = self._surfaces_of(b_object, settings)
@@ -145,6 +150,9 @@ class Objects:
         if mesh is None:
             return
         name_settings(b_object, f"object {b_object.name!r}", self._warn)
+        if all(self._surfaces.surfaces[index].fog is not None for index in surfaces):
+            self._add_fog(b_instance, mesh, surfaces[0], settings)
+            return
         self._warn_of_instancer(b_instance, settings)
         self.owners.append((b_instance.parent or b_object).original.name)
         self._names.append((b_instance.parent or b_object).original.name_full)
@@ -160,6 +168,15 @@ class Objects:
                 values=self._values.of(b_instance, self._read_of_instance(surfaces)),
             )
         )
+
+    def _add_fog(
+        self, b_instance: bpy.types.DepsgraphObjectInstance, mesh: int, surface: int, settings: ObjectSettings
+    ) -> None:
+        """A body that has no surface, but a volume: the first one, where its material slots differ."""
+        b_object, medium = b_instance.object, self._surfaces.surfaces[surface].fog
+        name_fog(b_object, settings.ray_traced, self._warn)
+        if medium is not None:
+            self.fog.append(FogBody(b_object.name, self.meshes[mesh], _matrix(b_instance), medium))
 
     def _is_likely_to_move(self, b_instance: bpy.types.DepsgraphObjectInstance, mesh: int) -> bool:
         b_object = b_instance.object

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from ... import expressions as ex
-from ...scene import BLACK, RGB, Expression, World, WorldSun
+from ...scene import BLACK, RGB, Expression, Medium, World, WorldSun
 from ..view_layers import source_layer
 from . import object_nodes as _objects  # noqa: F401
 from . import texture_nodes as _textures  # noqa: F401  (these two add their nodes to the table of `values`)
@@ -23,6 +23,7 @@ from .nodes import Node, Socket, active_output, uses_nodes
 from .settings import direct_strength
 from .texture import NO_FRAME, FrameFacts, NodeReader
 from .values import color, emitted, number
+from .volume import medium_from
 
 MAX_DEPTH = 32  # of Mix and Add Shaders below one another
 DIRECTION = ("generated", "position", "object")  # attributes that are a world's direction itself
@@ -36,13 +37,12 @@ def translate_world(
     frame: FrameFacts = NO_FRAME,
 ) -> World:
     """The world of the scene, or of its view layer, with its animated values; black without one."""
-    b_layer = source_layer(b_scene)
-    overridden = bpy.app.version >= (5, 0, 0) and b_layer.world_override  # EEVEE of Blender 4.5 has none
-    b_world = overridden or b_scene.world
-    if b_world is None or not b_layer.use_sky:
+    b_world = _drawn(b_depsgraph, b_scene)
+    if b_world is None:
         return World()
-    b_world = b_world.evaluated_get(b_depsgraph)
     name_settings(b_world, f"world {b_world.name!r}", warn)
+    if world_medium(b_depsgraph, b_scene, images, warn).dims:
+        return World()  # it is infinitely far, behind infinitely much of that
     world = _seen(b_world, images, warn, frame)
     sun = WorldSun(
         b_world.sun_threshold,
@@ -57,6 +57,24 @@ def translate_world(
         limit=limit if limit > 0 else float("inf"),
         dering="LENGTH" if bpy.app.version >= (5, 0, 0) else "AXES",
     )
+
+
+def world_medium(b_depsgraph: bpy.types.Depsgraph, b_scene: bpy.types.Scene, images: Images, warn: Warnings) -> Medium:
+    """What the volume of the scene's world fills everything with. What dims light lets none of the world's through, nor
+    of suns, as in EEVEE."""
+    b_world = _drawn(b_depsgraph, b_scene)
+    output = active_output(b_world.node_tree) if b_world is not None and uses_nodes(b_world) else None
+    if b_world is None or output is None:
+        return Medium()
+    return medium_from(output.input("Volume"), NodeReader(f"world {b_world.name!r}", images, warn))
+
+
+def _drawn(b_depsgraph: bpy.types.Depsgraph, b_scene: bpy.types.Scene) -> bpy.types.World | None:
+    """The evaluated world of the scene, or of its view layer; None: EEVEE draws none."""
+    b_layer = source_layer(b_scene)
+    overridden = bpy.app.version >= (5, 0, 0) and b_layer.world_override  # EEVEE of Blender 4.5 has none
+    b_world = overridden or b_scene.world
+    return b_world.evaluated_get(b_depsgraph) if b_world is not None and b_layer.use_sky else None
 
 
 def _seen(b_world: bpy.types.World, images: Images, warn: Warnings, frame: FrameFacts) -> World:

@@ -14,6 +14,7 @@ from . import (  # some files only add cases to a theme of another one
     effects,
     energy,
     film,
+    fog,
     fresnel,
     invariance,
     lamps,
@@ -33,7 +34,7 @@ from .case import Case, Result
 
 MODULES = (
     invariance, rays, fresnel, optics, lenses, energy, media, sheets, degenerate, transforms, lighting, lamps, strength,
-    normals, cameras, film, determinism, effects, sums, lobes,
+    normals, cameras, film, determinism, effects, sums, lobes, fog,
 )  # fmt: skip
 THEMES = tuple(dict.fromkeys(module.THEME for module in MODULES))
 CASES: tuple[Case, ...] = tuple(case for theme in THEMES for case in theme.cases)
@@ -48,8 +49,7 @@ SITUATIONS: dict[int, str] = {
     24: "mirrored and many instances", 25: "coplanar surfaces", 26: "thin glass", 27: "lights in odd places",
     28: "extreme light", 29: "ends of the sliders", 30: "clip planes", 31: "lenses and projections",
     32: "odd resolutions and tiles", 33: "large meshes", 34: "smooth normals", 35: "edits between frames",
-    36: "masks", 37: "determinism", 38: "sums of closures",
-    39: "thin films and brushed surfaces",
+    36: "masks", 37: "determinism", 38: "sums of closures", 39: "thin films and brushed surfaces", 40: "fog",
 }  # fmt: skip
 """The situations by number, as docs/stability.md lists them; every one has at least one case."""
 

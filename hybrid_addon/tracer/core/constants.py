@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every threshold of the tracer: its name, its reason and its scale. None of them is a length.
-
-A length would tie the picture to the unit of the scene: scaling a scene by a power of two must not change one bit.
-"""
+"""Every threshold of the tracer: its name, its reason and its scale. None of them is a length: that would tie the
+picture to the unit of the scene, and scaling a scene by a power of two must not change one bit."""
 
 import numpy as np
 
@@ -34,8 +32,7 @@ rays. Of ordinary glass a sample takes 10 to 100 (measured: 1.6 % of those in th
 """
 
 MOST_FIRST_CLOSURES, MOST_CLOSURES = 16, 4
-"""A camera ray's hit, and later ones, answer with so many closures of a sum; of more some are drawn. Few materials have
-more than 4; in a later hit they multiply with those of the hits before."""
+"""Closures of a sum that a camera ray's hit answers with, and a later one's; of more some are drawn."""
 
 RAYS_AHEAD = 8
 """Of the rays that a sample has left, one in so many are for its next bounce.
@@ -341,3 +338,12 @@ STEADY_SCENE = 500
 """Where ray traced objects move, the centre of coordinates follows them in steps of about their size, so that what
 stands still keeps its coordinates from frame to frame: in scenes no larger than this many times their size. In larger
 ones the steps would cost digits where shadows and contacts of small objects need them."""
+
+FOG_HORIZON = 1e12
+"""Metres: fog that ends nowhere ends here, so that no fog times an infinite distance is a number."""
+
+FOG_FLATNESS = 1e-5
+"""A body flatter than this share of its size holds no fog: its two sides lie within an offset of each other."""
+
+MAX_FOG_CROSSINGS = 64
+"""Surfaces of bodies of fog that a ray crosses; behind them it meets no more."""

@@ -49,6 +49,18 @@ class CompiledAreaLight(LocatedLight):
         normal = np.cross(np.array(self.light.axis_u, np.float64), np.array(self.light.axis_v, np.float64))
         return (np.pi if self.is_round else 4) * float(np.sqrt((normal**2).sum()))
 
+    @property
+    def fog_radius(self) -> float:
+        """Half a side."""
+        u, v = (float(np.linalg.norm(axis)) for axis in (self.light.axis_u, self.light.axis_v))
+        return float(np.sqrt(u * v))
+
+    @property
+    def fog_share(self) -> float:
+        """Less of large ones: measured of EEVEE, squares of 0.01 to 4 m, to 1 %."""
+        near = np.pi / 2 / (np.pi / 2 + np.sqrt(self.area))
+        return float(near + (1 - near) / np.sqrt(np.pi))
+
     def half_size(self, toward: Float64) -> float:
         """From whichever side."""
         return float(np.linalg.norm(self.light.axis_u) + np.linalg.norm(self.light.axis_v))

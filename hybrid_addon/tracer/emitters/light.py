@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ...scene import Float32, Float64, Light
 from ..core.constants import LTC_FADE
-from ..core.vectors import Array, dot
+from ..core.vectors import Array, dot, normalize
 
 Bools = NDArray[np.bool_]
 Bounds = tuple[Float64, Float64]
@@ -122,7 +122,7 @@ class CompiledLight(ABC):
         """
         color = getattr(self.light, self.light.color_field)
         self.require(all(map(math.isfinite, color)), f"its colour must be finite, got {color}")
-        self.require_finite("diffuse", "specular", "transmission")
+        self.require_finite("diffuse", "specular", "transmission", "volume")
 
     # -------------------------------------------------------------------------------------------- what it lights
 
@@ -149,6 +149,11 @@ class CompiledLight(ABC):
         """Values (n,) times what its range and its cone leave at points (3, n); d2 (n,): their squared distances from
         it, where they are known."""
         return value
+
+    def into_fog(self, point: Float32) -> Array:
+        """What fog scatters of it at points (3, n): its irradiance (n,) on planes that face it, with colour 1."""
+        facing = normalize(self.toward(point))
+        return self.illuminate(point, facing, np.zeros(point.shape[1], np.float32)).specular
 
     # -------------------------------------------------------------------------------------------- what meets it
 

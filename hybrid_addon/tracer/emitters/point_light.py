@@ -28,6 +28,11 @@ class CompiledPointLight(LocatedLight):
         return self.light.radius
 
     @property
+    def fog_radius(self) -> float:
+        """Its radius."""
+        return self.light.radius
+
+    @property
     def is_delta(self) -> bool:
         """Without a radius."""
         return self.light.radius == 0

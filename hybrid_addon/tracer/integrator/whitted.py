@@ -32,6 +32,7 @@ from ..shading.interaction import Interaction
 from ..shading.lamps import add_lamps
 from ..shading.rough_transmission import through_rough_glass
 from ..shading.spawn import spawn
+from .fog import through_fog
 
 Watch = Callable[[Rays, Hits, Index, Interaction | None, Rays], None]
 """Told of each wave: its rays, their hits, which of them hit, what is known of those (None: no one hit), their rays."""
@@ -98,6 +99,9 @@ def _trace_wave(
 
     # Let the solids absorb their share on the way.
     rays = scene.media.absorbed(rays, hits.t, hit)
+
+    # So does fog, which glows besides.
+    rays = through_fog(scene, rays, hits.t, hit, sample_buffer, stats, sampler)
 
     # What is not ray traced and seen straight through what is, is the background of the picture.
     if first_seen is None and "background" in sample_buffer.aovs:

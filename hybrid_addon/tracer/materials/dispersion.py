@@ -11,6 +11,8 @@ Sources: KHR_materials_dispersion of glTF for the IOR, n(l) = n_d + (n_d - 1) / 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,10 +42,7 @@ def dispersed(surface: Surface) -> Surface:
             found += [Closure(_of_channel(closure.weight, channel), closure.surface) for channel in CHANNELS]
         else:
             found.append(closure)
-    return Surface(
-        name=surface.name, closures=tuple(found), absorption=surface.absorption, culled=surface.culled,
-        shadow_culled=surface.shadow_culled, approximate=surface.approximate,
-    )  # fmt: skip
+    return replace(surface, closures=tuple(found))
 
 
 def _of_channel(weight: object, channel: RGB) -> Expression | RGB:

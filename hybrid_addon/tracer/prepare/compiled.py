@@ -49,6 +49,7 @@ class CompiledScene:
     geometry, media, surfaces, world, lights, plan : see their modules; `lights` holds those that can light anything.
     lamps : lights that reflected and refracted rays can meet.   linked_lamps : not all of them light everything.
     asks_rays : surfaces ask how the rays came that see them.
+    fog, fog_lights : fog, or None, and the lights that it scatters.
     seen_by_camera, seen_by_secondary : what camera rays and all later rays can hit.
     occluders : what hides the world from points, or None: nothing does.
     screen_space : what raster-backed hits are looked up in, or None.
@@ -83,6 +84,7 @@ class CompiledScene:
             self.world.prepare_glossy(MIRROR_ROUGHNESS, 1.0)
         self.lights = prepared.lights if self.plan.diffuse or self.plan.specular else []
         self.lamps = prepared.lamps
+        self.fog, self.fog_lights = prepared.fog, prepared.fog_lights
         self.linked_lamps = any(lamp.receives is not None for lamp in self.lamps)
         self._divided = divides(self.geometry, settings.samples, pixels)
         self._sets: dict[bytes, PrimitiveSet] = {}
@@ -116,7 +118,8 @@ class CompiledScene:
             return ShadowCasters(seen, opaque, bool((members & ~opaque).any()), hollow)
 
         self._blockers = blockers(casts if self.plan.shadows else np.zeros_like(casts))
-        linked = [(light.key, light.blocks) for light in (*self.lights, *self.lamps) if light.blocks is not None]
+        asking = (*self.lights, *self.lamps, *self.fog_lights)
+        linked = [(light.key, light.blocks) for light in asking if light.blocks is not None]
         self._linked = {int(key): blockers(casts & blocks, self.media.bounded_by(~blocks)) for key, blocks in linked}
 
     def blockers(self, light: CompiledLight) -> ShadowCasters:
@@ -228,7 +231,8 @@ class CompiledScene:
         signed, branched : their paths, or branches, are asked for (see `Rays`).
         """
         geometry, n = self.geometry, len(x)
-        origin, direction, t_max = generate_rays(self.camera, x, y, geometry.center, geometry.bounds_radius, on_lens)
+        radius = geometry.bounds_radius if self.fog is None else max(geometry.bounds_radius, self.fog.radius)
+        origin, direction, t_max = generate_rays(self.camera, x, y, geometry.center, radius, on_lens)
         media = self.media.empty(n)
         if stats is not None and self.camera_in_solid:
             media = self.media.around_camera(origin, direction, lambda: self.solids, stats)

@@ -22,6 +22,7 @@ from ..emitters.screen_space import backable
 from ..emitters.world import CompiledWorld
 from ..geometry.flatten import Geometry
 from ..materials.surfaces import SurfaceTable
+from ..media.fog import CompiledFog
 from ..media.nested import Media
 from .light_culling import bounds_of, can_reach
 from .prunings import BY_NAME, PRUNINGS
@@ -43,6 +44,7 @@ class Plan:
     any_hit : ask for any hit first, and for the nearest where that does not tell all.
     soft_shadows : shadow rays may go to points spread over their lights.
     rough     : rays leave rough surfaces by random microfacets.
+    lit_fog   : fog scatters the light of lamps, at random places.
     crowded   : some surface has more closures than every hit answers with, or disperses: they are drawn.
     occlusion : work out how much of the world's diffuse light is hidden.
     raster_shadows : work out the shadows of ray traced objects on all others.
@@ -67,6 +69,7 @@ class Plan:
     soft_shadows: bool
     rough: bool
     crowded: bool = False
+    lit_fog: bool = False
     occlusion: bool
     raster_shadows: bool
     screen_space: bool
@@ -77,7 +80,7 @@ class Plan:
     @property
     def draws(self) -> bool:
         """Whether hits need random numbers."""
-        return self.soft_shadows or self.rough or self.occlusion or self.crowded
+        return self.soft_shadows or self.rough or self.occlusion or self.crowded or self.lit_fog
 
     @property
     def local(self) -> bool:
@@ -145,6 +148,8 @@ class Tables:
     surfaces: SurfaceTable
     world: CompiledWorld
     lights: Sequence[CompiledLight]
+    fog: CompiledFog | None = None
+    fog_lights: Sequence[CompiledLight] = ()
 
 
 def make_plan(
@@ -193,12 +198,14 @@ def make_plan(
     specular = not spare("highlights", not lights or none(table.shades_specular), why, n)
 
     # Shadow rays, and the shadows of ray traced objects on all others.
-    shadows = (diffuse or specular) and _shadows(geometry, table, lights, notes)
+    lit_fog = list(tables.fog_lights)
+    shadows = (diffuse or specular or bool(lit_fog)) and _shadows(geometry, table, [*lights, *lit_fog], notes)
     spare("unlit", shadows)
     spare("any-hit", shadows)
     soft = shadows and settings.shadow_samples > 0
     why = "no light that casts shadows has a size"
-    soft = soft and not spare("random points on lights", not any(x.is_soft for x in lights), why, len(lights))
+    hard = not any(x.is_soft for x in (*lights, *lit_fog))
+    soft = soft and not spare("random points on lights", hard, why, len(lights))
     raster_shadows = shadows and settings.raster_shadows
     if settings.raster_shadows:
         casts = geometry.shadow & geometry.ray_traced & ~table.shadow_clear[geometry.surface]
@@ -227,6 +234,7 @@ def make_plan(
         rough=rough,
         crowded=bool((table.closure_count[reachable[: len(table.closure_count)]] > MOST_CLOSURES).any())
         or table.disperses,
+        lit_fog=bool(lit_fog),
         occlusion=occlusion,
         raster_shadows=raster_shadows,
         screen_space=shown,
@@ -248,6 +256,9 @@ def _note_what_is_not_there(scene: Scene, tables: Tables, notes: _Notes) -> None
     absorbs = tables.surfaces.absorbs.any()
     why = "only closed bodies have an inside" if absorbs else "no closed body absorbs"
     spare("absorption", media.absorption is None, why)
+    spare("fog", tables.fog is None, "there is none")
+    if tables.fog is not None and tables.fog.left_out:
+        spare("fog of open or flat bodies", True, "only closed bodies have an inside", len(tables.fog.left_out))
     spare("shading normals", geometry.normals is None, "every triangle is flat", geometry.triangle_count)
 
 

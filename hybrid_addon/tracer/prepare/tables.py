@@ -20,6 +20,7 @@ from ..emitters.lights import compile_lights
 from ..emitters.world import CompiledWorld
 from ..geometry.flatten import Geometry, flatten
 from ..materials.surfaces import SurfaceTable, compile_surfaces, layout
+from ..media.fog import CompiledFog, compile_fog
 from ..media.nested import Media
 from ..media.solids import find_solids
 from .plan import Plan, Tables, make_plan
@@ -32,6 +33,7 @@ class Prepared:
     """A scene as tables, and its plan.
 
     lights : those that can light anything.   lamps : those that rays can meet.
+    fog    : None: there is none.   fog_lights : those that it scatters.
     """
 
     camera: Camera
@@ -42,6 +44,8 @@ class Prepared:
     lights: list[CompiledLight]
     lamps: list[CompiledLight]
     plan: Plan
+    fog: CompiledFog | None
+    fog_lights: list[CompiledLight]
 
 
 def prepare(scene: Scene, settings: Settings, cache: SceneCache | None = None) -> Prepared:
@@ -53,8 +57,11 @@ def prepare(scene: Scene, settings: Settings, cache: SceneCache | None = None) -
     geometry, media = find_solids(scene, flatten(scene, layouts, cache=cache), surfaces)
     geometry = replace(geometry, object_values=object_values(scene, surfaces.surfaces))
     lights = compile_lights((*scene.lights, *world.suns), geometry.center, geometry.object)
-    plan, lights, lamps = make_plan(scene, settings, Tables(geometry, media, surfaces, world, lights), black_texels)
-    return Prepared(scene.camera, geometry, media, surfaces, world, lights, lamps, plan)
+    fog = compile_fog(scene.fog, scene.camera, geometry.center)
+    scattered = [x for x in lights if x.color.any() and x.light.volume != 0] if fog and fog.scatters else []
+    tables = Tables(geometry, media, surfaces, world, lights, fog, scattered)
+    plan, lights, lamps = make_plan(scene, settings, tables, black_texels)
+    return Prepared(scene.camera, geometry, media, surfaces, world, lights, lamps, plan, fog, scattered)
 
 
 def object_values(scene: Scene, surfaces: Sequence[Surface]) -> dict[str, Float64]:

@@ -14,6 +14,7 @@ from ...scene import (
     Expression,
     Float32,
     Int32,
+    Medium,
     Plane,
     Scene,
     Settings,
@@ -46,6 +47,8 @@ def validate(scene: Scene, settings: Settings, mask: Float32 | None) -> None:
     for shape in _shapes(scene):
         _check_shape(shape)
     _check_lights(scene)
+    for medium in (*scene.fog.media, *(s.fog for s in scene.surfaces if s.fog is not None)):
+        _check_medium(medium)
     for world in (scene.world, scene.world.backdrop):
         _check_world(world or scene.world)
 
@@ -58,6 +61,14 @@ def _check_world(world: World) -> None:
     _require(bool(np.isfinite(world.rotation).all()), "world: rotation must be finite")
     if world.sun is not None:
         _require(world.sun.threshold > 0, f"world: the sun's threshold must be > 0, got {world.sun.threshold}")
+
+
+def _check_medium(medium: Medium) -> None:
+    for name in ("absorption", "scattering", "emission"):
+        value = getattr(medium, name)
+        _require(_finite(value) and min(value) >= 0, f"fog: {name} must be finite and not negative, got {value}")
+    g = medium.anisotropy
+    _require(-1 < g < 1, f"fog: anisotropy must lie between -1 and 1, got {g}")
 
 
 def _shapes(scene: Scene) -> list[Sphere | Plane]:

@@ -31,6 +31,7 @@ def traced(scene):
     shown = {o for o, i in zip(*_owners(scene), strict=True) if i.ray_traced}
     assert {ob.name for ob in scene_setup.ray_traced_objects(scene)} == shown
     if scene.hybrid.enabled:
+        scene_setup.sync(scene)  # in the background it waits for the next render
         assert {ob.name for ob in scene_setup.own_collection(scene).objects} == shown
     return shown
 

@@ -70,19 +70,15 @@ def test_principled_volume_absorbs_what_it_neither_scatters_nor_lets_pass(absorp
     surface, told = absorption("VolumePrincipled", Color=(0, 0, 0, 1), **values)
     assert surface.absorption == pytest.approx((1.0, 2.0, 0.0)) and "olume" not in told
     surface, told = absorption("VolumePrincipled", Color=(0.5, 0.5, 0.5, 1), **values)
-    assert surface.absorption == pytest.approx((0.5, 1.0, 0.0)) and "scattering is not traced" in told
+    assert surface.absorption == pytest.approx((0.5, 1.0, 0.0)) and "behind a surface scattering is not traced" in told
 
 
 def test_what_is_not_traced_is_named(absorption):
-    assert "scattering is not traced" in absorption("VolumeScatter")[1]
+    assert "behind a surface scattering is not traced" in absorption("VolumeScatter")[1]
     surface, told = absorption("VolumeCoefficients", Absorption_Coefficients=(1, 2, 3), Scatter_Coefficients=(0, 0, 0))
     assert surface.absorption == (1, 2, 3) and "olume" not in told
-    assert "is not traced" in absorption("Emission")[1]
-
-
-def test_a_volume_alone_is_smoke_without_a_surface(absorption):
-    surface, _ = absorption("VolumeAbsorption", surface=None)
-    assert (surface.opacity, surface.ior, surface.reflectivity) == (0, 1, 0)
+    assert "behind a surface emission is not traced" in absorption("Emission")[1]
+    assert "is not traced" in absorption("BsdfDiffuse", Color=(1, 0, 0, 1))[1]
 
 
 def test_mixed_and_added(scene):

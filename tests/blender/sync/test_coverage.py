@@ -56,7 +56,7 @@ BESIDE = {  # what counts only beside other values: (whose, name) -> these value
     ("PointLight", "use_soft_falloff"): {"shadow_soft_size": 0.2},
     ("SpotLight", "use_soft_falloff"): {"shadow_soft_size": 0.2},
 }
-OF_LIGHTS = ("visible_diffuse", "visible_glossy", "visible_transmission")
+OF_LIGHTS = ("visible_diffuse", "visible_glossy", "visible_transmission", "visible_volume_scatter")
 """Of objects: EEVEE reads them of lights alone."""
 
 BY_HAND = {  # values that nothing like them leads to
@@ -93,6 +93,7 @@ def stage(addon):
     scene.camera.data.dof.use_dof = True
     scene.hybrid.occlusion_samples, scene.hybrid.occlusion_distance = 4, 0.0
     scene.eevee.fast_gi_distance = 2.0
+    scene.eevee.use_volume_custom_range, scene.camera.data.clip_end = True, 70.0
     for kind in ("POINT", "SPOT", "SUN", "AREA"):
         light = bpy.data.objects.new(kind, bpy.data.lights.new(kind, kind))
         light.location = (1, 2, 4)

@@ -219,8 +219,8 @@ PARTLY = ("ShaderNodeMapRange",)
 """Followed in most of their settings."""
 
 
-NEVER_WHOLE = ("ShaderNodeVolumePrincipled",)
-"""They bring a warning whatever is set: volumes scatter nothing."""
+NEVER_WHOLE = ()
+"""They bring a warning whatever is set."""
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind in SOCKETS and not is_named_whole(kind)])

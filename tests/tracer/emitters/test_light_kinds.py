@@ -27,7 +27,7 @@ from hybrid_addon.scene import (
 )
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.core.sampler import r2
-from hybrid_addon.tracer.core.vectors import dot, orthonormal_basis
+from hybrid_addon.tracer.core.vectors import dot, normalize, orthonormal_basis
 from hybrid_addon.tracer.emitters.form_factors import ellipse_form_factor
 from hybrid_addon.tracer.emitters.light import KINDS, Illumination, register
 from hybrid_addon.tracer.emitters.lights import compile_lights, kind_of
@@ -410,3 +410,16 @@ def test_a_new_light_is_culled_where_it_reaches_nothing(build):
 def test_a_new_light_is_validated(build):
     with pytest.raises(ValueError, match="light 'ring': outer must not be negative"):
         trace(stage(build, replace(RING, outer=-1.0)), ALL)
+
+
+@every_light
+def test_fog_gets_what_a_plane_that_faces_the_light_gets(name):
+    """Large lamps less, by up to a fifth; at the lamp's own place it is finite, too."""
+    light = compiled(LIGHTS[name])
+    point = (np.array(PLACE)[:, None] + np.array([[0.0, 0.5], [0.0, 0.2], [-4.0, -3.0]])).astype(np.float32)
+    facing = normalize(light.toward(point))
+    expected = light.illuminate(point, facing, np.zeros(2, np.float32)).specular
+    found = light.into_fog(point)
+    assert (found <= expected * 1.01).all() and (found >= 0.8 * expected).all() and found.any()
+    here = light.into_fog(np.array(PLACE, np.float32)[:, None])
+    assert np.isfinite(here).all() and (here >= 0).all()

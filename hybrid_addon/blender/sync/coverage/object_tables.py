@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .scene_tables import CYCLES, GONE, GREASE_PENCIL, INTERFACE, PASSES, PROBES, VOLUMES
+from .scene_tables import CYCLES, GONE, GREASE_PENCIL, INTERFACE, PASSES, PROBES
 from .status import FOLLOWED, LAST, Named, Table, followed, irrelevant, within
 
 PLACE = "Blender works it into the object's matrix or geometry, which is followed"
@@ -54,7 +54,7 @@ OBJECT: Table = {
         "field, collision, soft_body, rigid_body, rigid_body_constraint, use_simulation_cache, particle_systems",
     ),
     **irrelevant(OBJECT_INFO, "color, pass_index"),
-    **irrelevant(VOLUMES, "visible_volume_scatter"),
+    **followed("visible_volume_scatter"),
     **irrelevant(PROBES, "hide_probe_*"),
     **irrelevant(
         CYCLES, "is_shadow_catcher, shadow_terminator_geometry_offset, shadow_terminator_shading_offset, cycles"
@@ -97,7 +97,7 @@ MATERIAL: Table = {
     ),
     **irrelevant(GONE, "blend_method, alpha_threshold, show_transparent_back"),
     **irrelevant(PROBES, "use_backface_culling_lightprobe_volume, lightprobe_volume_single_sided"),
-    **irrelevant(VOLUMES, "volume_intersection_method"),
+    **irrelevant("how EEVEE finds the inside of fog; rays find it by their crossings", "volume_intersection_method"),
     **irrelevant(PASSES, "pass_index"),
     **irrelevant(GREASE_PENCIL, "grease_pencil, is_grease_pencil, line_color, line_priority, lineart"),
     **irrelevant(
@@ -111,9 +111,8 @@ MATERIAL: Table = {
 LIGHT: Table = {
     **followed(
         "type, color, use_temperature, temperature, temperature_color, exposure, normalize, use_shadow,"
-        "diffuse_factor, specular_factor, transmission_factor, use_custom_distance, cutoff_distance"
+        "diffuse_factor, specular_factor, transmission_factor, volume_factor, use_custom_distance, cutoff_distance"
     ),
-    **irrelevant(VOLUMES, "volume_factor"),
     **irrelevant("EEVEE has no nodes of lights; they are named where there are any", "node_tree, use_nodes"),
     **irrelevant(CYCLES, "cycles"),
     **irrelevant(ANIMATED, "animation_data"),

@@ -8,7 +8,7 @@ from typing import Any
 from .status import FIRST, FOLLOWED, LAST, Named, Table, followed, irrelevant, within
 
 NOISE = "how well EEVEE samples its own half"
-VOLUMES = "of volumes, each of which is named"
+VOLUMES = "how finely EEVEE marches through its own half's fog"
 SCREEN = "of EEVEE's Raytracing, which is named as a whole"
 GONE = "EEVEE reads it no longer: it is of versions before 4.2"
 PROBES = "how EEVEE stores what light probes see; the probes are named"
@@ -50,7 +50,8 @@ def _has_thin_hair(b_render: Any) -> bool:
 EEVEE: Table = {
     **followed(
         "light_threshold, use_shadows, direct_light_intensity, indirect_light_intensity, clamp_surface_direct,"
-        "clamp_surface_indirect, fast_gi_distance"
+        "clamp_surface_indirect, fast_gi_distance, use_volumetric_shadows,"
+        "volumetric_start, volumetric_end, use_volume_custom_range"
     ),
     "use_raytracing": Named(
         "leaves ray traced objects out: flag what should mirror or refract them, too",
@@ -68,9 +69,9 @@ EEVEE: Table = {
     ),
     **irrelevant(
         VOLUMES,
-        "volumetric_start, volumetric_end, volumetric_tile_size, volumetric_samples, volumetric_sample_distribution,"
-        "volumetric_ray_depth, volumetric_light_clamp, use_volumetric_shadows, volumetric_shadow_samples,"
-        "use_volume_custom_range, clamp_volume_direct, clamp_volume_indirect",
+        "volumetric_tile_size, volumetric_samples, volumetric_sample_distribution,"
+        "volumetric_ray_depth, volumetric_light_clamp, volumetric_shadow_samples, clamp_volume_direct,"
+        "clamp_volume_indirect",
     ),
     **irrelevant(
         SCREEN,
@@ -182,7 +183,7 @@ LAYER_COLLECTION: Table = {
 
 WORLD: Table = {
     **followed("color, node_tree, use_nodes, sun_threshold, sun_angle, use_sun_shadow"),
-    **within("Volume", "use_eevee_finite_volume"),
+    **irrelevant("EEVEE draws the same fog with it", "use_eevee_finite_volume"),
     **irrelevant(
         "how well EEVEE stores the world, and the shadows of its sun",
         "probe_resolution, sun_shadow_maximum_resolution, sun_shadow_filter_radius, use_sun_shadow_jitter,"

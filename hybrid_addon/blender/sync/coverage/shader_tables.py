@@ -60,26 +60,25 @@ PRINCIPLED: Table = {
     **WEIGHT,
 }
 
-SCATTERING = "is not traced: the volume scatters no light"
-GLOW = "is not traced: the volume does not glow"
+GLOW = "is not traced: the volume does not glow by its heat"
+PHASE = "EEVEE scatters by Henyey and Greenstein, whatever the phase function"
 VOLUMES: dict[str, Table] = {
     "ShaderNodeVolumeAbsorption": {**followed("Color, Density"), **WEIGHT},
     "ShaderNodeVolumePrincipled": {
-        **followed("Color, Density, Absorption Color"),
-        "Emission Strength": Named(GLOW, 0.0),
+        **followed("Color, Density, Absorption Color, Anisotropy, Emission Color, Emission Strength"),
         "Blackbody Intensity": Named(GLOW, 0.0),
-        **within("Emission Strength", "Emission Color"),
         **within("Blackbody Intensity", "Blackbody Tint, Temperature"),
-        **within("Color", "Anisotropy"),
         **irrelevant(STRINGS, "Color Attribute, Density Attribute, Temperature Attribute"),
         **WEIGHT,
     },
-    "ShaderNodeVolumeScatter": {"": Named(SCATTERING)},
+    "ShaderNodeVolumeScatter": {
+        **followed("Color, Density, Anisotropy"),
+        **irrelevant(PHASE, "IOR, Backscatter, Alpha, Diameter"),
+        **WEIGHT,
+    },
     "ShaderNodeVolumeCoefficients": {
-        **followed("Absorption Coefficients"),
-        "Scatter Coefficients": Named(SCATTERING, (0.0, 0.0, 0.0)),
-        "Emission Coefficients": Named(GLOW, (0.0, 0.0, 0.0)),
-        **within("Scatter Coefficients", "Anisotropy, IOR, Backscatter, Alpha, Diameter"),
+        **followed("Absorption Coefficients, Scatter Coefficients, Emission Coefficients, Anisotropy"),
+        **irrelevant(PHASE, "IOR, Backscatter, Alpha, Diameter"),
         **WEIGHT,
     },
 }
@@ -144,10 +143,7 @@ SHADERS: dict[str, Table] = {
         **followed("Surface, Volume, Displacement"),
         **irrelevant("how EEVEE guesses the thickness of glass, which rays measure", "Thickness"),
     },
-    "ShaderNodeOutputWorld": {
-        **followed("Surface"),
-        "Volume": Named("is not traced: ray traced objects stand clear of it", None),
-    },
+    "ShaderNodeOutputWorld": followed("Surface, Volume"),
     "ShaderNodeOutputLight": irrelevant("EEVEE has no nodes of lights; they are named", "Surface"),
     "ShaderNodeOutputAOV": irrelevant("of passes beside the picture", "Color, Value"),
     "ShaderNodeOutputLineStyle": irrelevant("of Freestyle", "Color, Color Fac*, Alpha, Alpha Fac*"),

@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from .scene_tables import CYCLES
+from .shader_tables import PHASE
 from .status import Irrelevant, Named, Table, followed, irrelevant, nodes, within
 
 NOT_FOLLOWED: Table = {"": Named("is not followed; its socket's own value is used: bake it to an image")}
@@ -108,6 +109,7 @@ GGX = Irrelevant("EEVEE draws GGX, whatever is chosen; whether it is Multiscatte
 AS_DIFFUSE = "EEVEE draws it as Diffuse BSDF, and so does the traced half"
 
 NODE_SETTINGS: dict[str, Table] = {
+    **nodes("VolumeScatter, VolumeCoefficients", irrelevant(PHASE, "phase")),
     **nodes(
         "TexBrick, TexChecker, TexGabor, TexGradient, TexMagic, TexNoise, TexSky, TexVoronoi,TexWave",
         TEXTURE,

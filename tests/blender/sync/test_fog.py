@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fog through Blender: volume nodes of worlds and boxes -> media, and what is left out by name."""
+
+from __future__ import annotations
+
+import bpy
+import pytest
+
+from hybrid_addon.blender.scan import translated
+
+pytestmark = pytest.mark.blender
+
+
+def tree_of(b_id):
+    if bpy.app.version < (5, 0, 0):
+        b_id.use_nodes = True
+    return b_id.node_tree
+
+
+def volume(b_id, kind, **values):
+    """Link a volume shader to the output; a material then has nothing else."""
+    tree = tree_of(b_id)
+    if isinstance(b_id, bpy.types.Material):
+        tree.nodes.clear()
+        output = tree.nodes.new("ShaderNodeOutputMaterial")
+    else:
+        output = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputWorld")
+    b_node = tree.nodes.new(f"ShaderNode{kind}")
+    for name, value in values.items():
+        b_node.inputs[name.replace("_", " ")].default_value = value
+    tree.links.new(b_node.outputs[0], output.inputs["Volume"])
+    return b_node
+
+
+@pytest.fixture
+def of(scene):
+    """What a volume node on the factory cube comes to, and what is said about it."""
+
+    def found(kind, link=None, **values):
+        b_node = volume(bpy.data.materials["Material"], kind, **values)
+        if link:
+            tree = bpy.data.materials["Material"].node_tree
+            tree.links.new(tree.nodes.new(link[0]).outputs[0], b_node.inputs[link[1]])
+        translation = translated(scene)
+        assert not translation.scene.instances  # no surface, no hit
+        (body,) = translation.scene.fog.bodies
+        return body.medium, "\n".join(translation.warnings)
+
+    return found
+
+
+def test_scatter_and_absorption(of):
+    medium, told = of("VolumeScatter", Color=(0.5, 1, 0, 1), Density=0.4, Anisotropy=0.3)
+    assert medium.scattering == pytest.approx((0.2, 0.4, 0)) and medium.absorption == (0, 0, 0)
+    assert medium.anisotropy == pytest.approx(0.3) and "olume" not in told
+    medium, told = of("VolumeAbsorption", Color=(0.5, 1, 0, 1), Density=0.4)
+    assert medium.absorption == pytest.approx((0.2, 0, 0.4)) and "olume" not in told
+
+
+def test_principled_volume(of):
+    """Emission is not multiplied by the density."""
+    values = {"Absorption_Color": (0.25, 0, 1, 1), "Emission_Strength": 0.5, "Emission_Color": (1, 0.5, 0, 1)}
+    medium, told = of("VolumePrincipled", Color=(0.5, 0.5, 0.5, 1), Density=2.0, **values)
+    assert medium.scattering == pytest.approx((1, 1, 1)) and medium.absorption == pytest.approx((0.5, 1, 0))
+    assert medium.emission == pytest.approx((0.5, 0.25, 0)) and "olume" not in told
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="a node of Blender 5")
+def test_volume_coefficients(of):
+    medium, told = of(
+        "VolumeCoefficients",
+        Absorption_Coefficients=(1, 2, 3),
+        Scatter_Coefficients=(4, 5, 6),
+        Emission_Coefficients=(0, 1, 0),
+    )
+    assert (medium.absorption, medium.scattering, medium.emission) == ((1, 2, 3), (4, 5, 6), (0, 1, 0))
+    assert "olume" not in told
+
+
+def test_emission_glows(of):
+    assert of("Emission", Color=(1, 0.5, 0, 1), Strength=0.2)[0].emission == pytest.approx((0.2, 0.1, 0))
+
+
+def test_mixed_and_added(scene):
+    tree = tree_of(bpy.data.materials["Material"])
+    first = volume(bpy.data.materials["Material"], "VolumeScatter", Color=(1, 1, 1, 1), Density=1.0)
+    second = tree.nodes.new("ShaderNodeVolumeAbsorption")
+    second.inputs["Color"].default_value, second.inputs["Density"].default_value = (0, 0, 0, 1), 4.0
+    for kind, expected in (("AddShader", (1, 4)), ("MixShader", (0.75, 1))):
+        both = tree.nodes.new(f"ShaderNode{kind}")
+        if kind == "MixShader":
+            both.inputs[0].default_value = 0.25
+        for b_input, part in zip(both.inputs[-2:], (first, second), strict=True):
+            tree.links.new(part.outputs[0], b_input)
+        output = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputMaterial")
+        tree.links.new(both.outputs[0], output.inputs["Volume"])
+        (body,) = translated(scene).scene.fog.bodies
+        assert (body.medium.scattering[0], body.medium.absorption[0]) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("source", ["ShaderNodeTexNoise", "ShaderNodeVolumeInfo"])
+@pytest.mark.parametrize("name", ["Density", "Color"])
+def test_what_varies_is_left_out_and_named_and_never_a_black_slab(of, source, name):
+    medium, told = of("VolumeScatter", (source, name), Density=5.0)
+    assert medium.is_nothing and f"'{name}' of volume node" in told and "varies, which is not traced" in told
+
+
+def test_smoke_is_left_out_and_named(scene):
+    b_modifier = bpy.data.objects["Cube"].modifiers.new("Fluid", "FLUID")
+    b_modifier.fluid_type = "DOMAIN"
+    volume(bpy.data.materials["Material"], "VolumePrincipled", Density=5.0)
+    translation = translated(scene)
+    assert not translation.scene.fog.bodies and not translation.scene.instances
+    assert "object 'Cube': smoke is not traced" in "\n".join(translation.warnings)
+
+
+def test_a_worlds_fog_lets_nothing_of_the_world_and_of_suns_through(scene):
+    """Both are infinitely far, as EEVEE has it; fog that only glows hides nothing."""
+    bpy.data.objects["Light"].data.type = "SUN"
+    volume(scene.world, "Emission", Strength=0.1)
+    before = translated(scene).scene
+    assert before.lights and any(before.world.radiance) and before.fog.world.emission == pytest.approx((0.1,) * 3)
+    volume(scene.world, "VolumeScatter", Density=0.01)
+    after = translated(scene).scene
+    assert not after.lights and after.world.radiance == (0, 0, 0) and after.fog.world.dims
+
+
+def test_ticked_fog_is_named(scene):
+    volume(bpy.data.materials["Material"], "VolumeScatter", Density=0.01)
+    bpy.data.objects["Cube"].hybrid.ray_traced = True
+    assert "untick Ray Traced" in "\n".join(translated(scene).warnings)
+
+
+def test_the_settings_of_eevees_volumes(scene):
+    scene.eevee.use_volume_custom_range = True
+    scene.eevee.volumetric_start, scene.eevee.volumetric_end = 3, 40
+    assert (translated(scene).scene.fog.start, translated(scene).scene.fog.reach) == (3, 40)
+    scene.eevee.use_volume_custom_range = False
+    scene.camera.data.clip_start, scene.camera.data.clip_end = 0.5, 60
+    assert (translated(scene).scene.fog.start, translated(scene).scene.fog.reach) == (0.5, 60)
+    assert not translated(scene).scene.fog.shadows
+    scene.eevee.use_volumetric_shadows = True
+    assert translated(scene).scene.fog.shadows
+    bpy.data.objects["Light"].data.volume_factor = 0.25
+    assert translated(scene).scene.lights[0].volume == 0.25
