@@ -27,7 +27,7 @@ from ..flags import unsaved_overrides
 from ..pipeline import compositor_setup, eevee_shadows, evaluated, others_handlers, scene_setup, trace_scenes
 from ..session import Frame
 from . import abort, eevee_half, motion_blur, retrace
-from .settings import public_settings, tracer_settings
+from .settings import public_settings, tracer_settings, with_background
 
 Progress = Callable[[str, float], bool]
 Window = tuple[int, int, int, int]
@@ -130,7 +130,6 @@ def trace_frame(
     """
     from ...compositor import black_out, lay_over, light_up, premultiply, see_through, shade
     from ...tracer import trace
-    from ...tracer.materials.surfaces import shows_background
     from ..sync import translate
 
     own = session.of(scene.name)
@@ -163,9 +162,7 @@ def trace_frame(
             traced_scene, raster=Raster(drawn, eevee_half.without_sky(depth, traced_scene.camera), albedo)
         )
 
-    settings = tracer_settings(scene)
-    if drawn is not None and not scene.render.film_transparent and shows_background(traced_scene):
-        settings = replace(settings, passes=settings.passes | {"background", "passed"})
+    settings, seen_through = with_background(tracer_settings(scene), scene, traced_scene, drawn is not None)
     _going_on(progress, "Building")
     deadline = own.deadline(scene.hybrid.time_budget, (window[2] - window[0]) * (window[3] - window[1]))
     tracing, times = partial(progress, "Tracing"), motion_blur.moments(scene, settings.samples)
@@ -203,7 +200,7 @@ def trace_frame(
         counts=translation.counts,
         time=timing,
         warnings=[
-            *scene_warnings(scene),
+            *(*scene_warnings(scene), *seen_through),
             *translation.warnings,
             *budget_warnings(scene, timing, film),
             *ended_warnings(

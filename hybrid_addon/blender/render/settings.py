@@ -10,7 +10,7 @@ from typing import Any
 
 import bpy
 
-from ...scene import Settings
+from ...scene import Scene, Settings
 from ...settings_table import RENDER
 from ..pipeline import scene_setup
 
@@ -56,3 +56,20 @@ def public_settings(scene: bpy.types.Scene) -> dict[str, Any]:
         "filter_size": scene.render.filter_size,
         "film_transparent": scene.render.film_transparent,
     }
+
+
+def with_background(
+    settings: Settings, scene: bpy.types.Scene, traced: Scene, is_hybrid: bool
+) -> tuple[Settings, list[str]]:
+    """The settings that tell the tracer's background apart where one sees straight through what is ray traced
+    (`compositor.see_through`); and what is to be warned of. is_hybrid: there is a half of EEVEE's."""
+    from ...tracer.materials.surfaces import shows_background
+
+    if not (is_hybrid and shows_background(traced)):
+        return settings, []
+    if scene.render.film_transparent:
+        return settings, [
+            "the film is transparent: see-through ray traced surfaces are as opaque as EEVEE draws them, and light "
+            "that is added to them is lost where EEVEE draws nothing"
+        ]
+    return replace(settings, passes=settings.passes | {"background", "passed"}), []
