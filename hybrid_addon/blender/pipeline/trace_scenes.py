@@ -12,6 +12,7 @@ removed before the add-on leaves. That of a scene that is gone serves the next o
 
 from __future__ import annotations
 
+from itertools import count
 from typing import Any
 
 import bpy
@@ -50,6 +51,9 @@ def owner(trace: bpy.types.Scene) -> bpy.types.Scene | None:
 def ensure(scene: bpy.types.Scene) -> bpy.types.Scene:
     """The trace scene of this scene, made if there is none."""
     found = _owned.get(scene.session_uid)
+    if found is not None and found.name in _names_of_the_file():
+        release(scene)
+        found = None
     if found is None:
         found = _owned[scene.session_uid] = _spare() or _new()
     return found
@@ -122,6 +126,11 @@ def close() -> None:
     _context = _database = None
 
 
+def _names_of_the_file() -> set[str]:
+    """None of them may be a trace scene's: Blender finds a scene's render by its name, in all databases."""
+    return {scene.name for scene in bpy.data.scenes}
+
+
 def _point(trace: bpy.types.Scene, scene: bpy.types.Scene | None) -> None:
     set_(trace, "background_set", scene)
     camera = None if scene is None else scene.camera or _marker_camera(scene)
@@ -138,7 +147,9 @@ def _marker_camera(scene: bpy.types.Scene) -> bpy.types.Object | None:
 def _spare() -> bpy.types.Scene | None:
     if _database is None:
         return None
-    return next((trace for trace in _database.scenes if trace not in _owned.values()), None)
+    taken = _names_of_the_file()
+    there = (trace for trace in _database.scenes if trace.name not in taken)
+    return next((trace for trace in there if trace not in _owned.values()), None)
 
 
 def _new() -> bpy.types.Scene:
@@ -146,7 +157,9 @@ def _new() -> bpy.types.Scene:
     if _database is None:
         _context = bpy.data.temp_data()
         _database = _context.__enter__()
-    trace: bpy.types.Scene = _database.scenes.new(TRACE_SCENE)
+    taken = _names_of_the_file().union(scene.name for scene in _database.scenes)
+    names = (TRACE_SCENE if n == 1 else f"{TRACE_SCENE} {n}" for n in count(1))
+    trace: bpy.types.Scene = _database.scenes.new(next(name for name in names if name not in taken))
     trace.render.engine = ENGINE
     trace[TRACE_MARK] = True
     trace.camera = _database.objects.new(trace.name, _database.cameras.new(trace.name))

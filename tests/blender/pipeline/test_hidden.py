@@ -33,6 +33,15 @@ def test_no_list_of_scenes_has_the_trace_scene(scene, cube):
     assert list(cube.users_scene) == [scene]
 
 
+@pytest.mark.render
+def test_a_scene_may_have_the_trace_scenes_name(scene, cube):
+    """Blender finds a scene's render by its name, in all databases: 4.5 crashed."""
+    hybrid.enable(scene)
+    scene.name = scene_setup.trace_scene(scene).name
+    assert hybrid.render(scene).mask.any()
+    assert scene_setup.trace_scene(scene).name != scene.name
+
+
 def test_user_counts_stay_however_often_hybrid_is_switched(scene, cube):
     def users():
         ids = [scene, scene.camera, scene.camera.data, scene.world, cube, cube.data, cube.active_material]
