@@ -92,14 +92,15 @@ def import_everything() -> None:
 
 
 def use() -> dict:
-    """What an artist's script does: flag an object, switch the scene to hybrid."""
+    """What an artist's script does: flag an object, switch the scene to hybrid; set up as for the next render."""
     from bl_ext.user_default import hybrid_addon as hybrid
 
     cube = bpy.context.scene.objects["Cube"]
     hybrid.mark(cube, reflectivity=1.0)
     hybrid.enable(bpy.context.scene)
+    importlib.import_module(f"{MODULE}.hybrid_addon.blender.pipeline.scene_setup").sync(bpy.context.scene)
     return {"ray_traced": cube.hybrid.ray_traced, "reflectivity": cube.hybrid.reflectivity,
-            "enabled": bpy.context.scene.hybrid.enabled, "scenes": len(bpy.data.scenes)}  # fmt: skip
+            "enabled": bpy.context.scene.hybrid.enabled, "layers": len(bpy.context.scene.view_layers)}  # fmt: skip
 
 
 def main(archive: str, report: str) -> None:
