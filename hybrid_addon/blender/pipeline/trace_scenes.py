@@ -37,6 +37,11 @@ def is_trace_scene(scene: bpy.types.Scene) -> bool:
     return scene.render.engine == ENGINE and TRACE_MARK in scene
 
 
+def is_ours(b_id: bpy.types.ID) -> bool:
+    """Whether a datablock lies beside the file."""
+    return _database is not None and any(b_id in there for there in (list(_database.objects), list(_database.cameras)))
+
+
 def find(scene: bpy.types.Scene) -> bpy.types.Scene | None:
     """The trace scene of this scene, or None."""
     return _owned.get(scene.session_uid)

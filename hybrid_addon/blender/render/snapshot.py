@@ -16,7 +16,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..pipeline import scene_setup
+from ..pipeline import scene_setup, trace_scenes
 from ..pipeline.transmission import node_inputs
 from ..sync.attributes import FIELDS
 from ..sync.object_values import rgba_in
@@ -65,6 +65,8 @@ class Snapshot:
             return
         if isinstance(b_id, (bpy.types.Scene, bpy.types.Collection, bpy.types.Action)):
             return  # what they do shows in what they hold, and in the scene's own values
+        if trace_scenes.is_ours(b_id):
+            return
         if isinstance(b_id, bpy.types.NodeTree) and (b_id.is_embedded_data or b_id.bl_idname == "CompositorNodeTree"):
             return  # its owner is told of, too
         self._touched[_key(b_id)] = None
