@@ -125,16 +125,16 @@ def steps() -> Iterator[float]:
     yield 0.5
     assert not bpy.context.view_layer.layer_collection.children["Collection"].exclude, "one Ctrl Z is not enough"
     bpy.ops.preferences.addon_disable(module=PACKAGE)
-    assert len(bpy.data.scenes) == 1
+    assert len(bpy.context.scene.view_layers) == 1
     bpy.ops.preferences.addon_enable(module=PACKAGE)
     for _ in range(50):
         yield 0.1
-        if len(bpy.data.scenes) == 2:
+        if len(bpy.context.scene.view_layers) == 2:
             break
-    assert len(bpy.data.scenes) == 2, "enabled with a hybrid file open, and it waits for an edit"
+    assert len(bpy.context.scene.view_layers) == 2, "enabled with a hybrid file open, and it waits for an edit"
     bpy.ops.preferences.addon_disable(module=PACKAGE)
     yield 0.5
-    assert len(bpy.data.scenes) == 1 and not hasattr(bpy.context.scene, "hybrid")
+    assert len(bpy.context.scene.view_layers) == 1 and not hasattr(bpy.context.scene, "hybrid")
     screen.shoot(str(FOLDER / "disabled.png"))
     print("ARTIST: done", flush=True)
     os._exit(0)
