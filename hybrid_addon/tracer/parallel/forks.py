@@ -7,7 +7,7 @@ own and all that the parent had prepared, Embree's trees too, without a copy. Wh
 which lie in shared memory; what it counted it says in one line for each task.
 
 Only for Linux. A fork has one thread, and what the others held stays held in it: glibc and Python mend their own
-locks, and a child needs no other. It imports nothing, prints nothing, builds no tree (Embree would wait for the threads
+locks, and a child needs no other (where another library has replaced malloc, there are no forks). It imports nothing, prints nothing, builds no tree (Embree would wait for the threads
 that it builds with), leaves the graphics driver and the window alone, and ends without cleaning up. Should one wait all
 the same before it has begun, its work is done by threads (`pool.SLOW_START`).
 """
@@ -35,7 +35,25 @@ from numpy.typing import DTypeLike, NDArray
 from ...clock import used_elsewhere
 from ..core.stats import Stats
 
-AVAILABLE = sys.platform == "linux"
+UNMENDED = ("tbbmalloc_proxy", "tcmalloc")
+"""Libraries that replace malloc, and do not mend its locks in a fork: a child would wait for ever. Some distributions'
+Blenders have the first."""
+
+
+def can_fork(maps: str) -> bool:
+    """Whether a process with these mappings (proc_pid_maps(5)) has a malloc whose locks are mended in a fork."""
+    return not any(library in maps for library in UNMENDED)
+
+
+def _own_maps() -> str:
+    try:
+        with open("/proc/self/maps", encoding="utf-8", errors="replace") as file:
+            return file.read()
+    except OSError:  # not Linux, or it does not tell
+        return ""
+
+
+AVAILABLE = sys.platform == "linux" and can_fork(_own_maps())
 
 NUMBER = 8
 """Bytes at the head of a task that tell it from the others, lowest first."""

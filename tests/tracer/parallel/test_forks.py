@@ -24,6 +24,13 @@ PASSES = frozenset({"samples", "reflection"})
 HOW = Settings(samples=8, camera_sees="ALL", threads=4, adaptive=0.05, cutoff=1 / 255, chunk=4096, passes=PASSES)
 
 
+def test_there_are_no_forks_where_malloc_would_stay_locked_in_them():
+    """A Blender whose malloc is TBB's stood still: the lock of another thread was held in the child for ever."""
+    usual = "7f00-7f01 r-xp 0 00:00 1 /usr/lib/libc.so.6\n7f02-7f03 r-xp 0 00:00 2 /opt/blender/lib/libtbbmalloc.so.2\n"
+    assert forks.can_fork(usual)
+    assert not forks.can_fork(usual + "7f04-7f05 r-xp 0 00:00 3 /usr/lib/libtbbmalloc_proxy.so.2\n")
+
+
 @pytest.fixture(scope="module")
 def scene(build):
     """Glass, a mirror and a floor under a lamp of some size: every kind of ray."""
