@@ -189,7 +189,7 @@ class _Watch:
         """Both rays that each hit may send on, in the order of their keys."""
         parents, way = rays.take(hit), way.take(hit)
         most = max(1, int(np.max(self.scene.surfaces.closure_count)))
-        paths = [closure_path(parents.path, part) for part in range(most)]
+        paths = [closure_path(parents.path, np.array([part])) for part in range(most)]
         keys = [_key(parents.sample, child_path(p, kind)[0]) for kind in (REFLECTED, TRANSMITTED) for p in paths]
         every, half = np.concatenate(keys), len(paths) * len(hit)
         order = np.argsort(every)

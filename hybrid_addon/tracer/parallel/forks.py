@@ -7,9 +7,10 @@ own and all that the parent had prepared, Embree's trees too, without a copy. Wh
 which lie in shared memory; what it counted it says in one line for each task.
 
 Only for Linux. A fork has one thread, and what the others held stays held in it: glibc and Python mend their own
-locks, and a child needs no other (where another library has replaced malloc, there are no forks). It imports nothing, prints nothing, builds no tree (Embree would wait for the threads
-that it builds with), leaves the graphics driver and the window alone, and ends without cleaning up. Should one wait all
-the same before it has begun, its work is done by threads (`pool.SLOW_START`).
+locks, and a child needs no other (where another library has replaced malloc, there are no forks: `can_fork`). It
+imports nothing, prints nothing, builds no tree (Embree would wait for the threads that it builds with), leaves the
+graphics driver and the window alone, and ends without cleaning up. Should one wait all the same before it has begun,
+its work is done by threads (`pool.SLOW_START`).
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from ...scene import Expression, Float32, Float64
 from ..core.constants import MOST_CLOSURES, MOST_FIRST_CLOSURES
 from ..core.rays import Rays, RayState
 from ..core.sampler import Draws, hash32
-from ..core.vectors import flatnonzero, largest_component, write
+from ..core.vectors import flatnonzero, largest_component
 from ..film.branch_selection import draw
 from ..film.error_budget import budget_units
 from ..geometry.flatten import Geometry
@@ -77,40 +77,44 @@ def closures_at(
     if len(rays.closure):
         weight = _as_entered(table, rays, at, owner, row, weight)
     # Those that bring something; of too many, those that are drawn.
-    heaviest = largest_component(weight)
-    kept = flatnonzero((weight * rays.throughput[:, owner] > 0).any(axis=0))
-    owner, row, part, weight, heaviest = owner[kept], row[kept], part[kept], weight[:, kept], heaviest[kept]
-    if most == 0:
-        first = (rays.depth == 0) & (rays.straight == 0)
-        limit = np.where(first, MOST_FIRST_CLOSURES, MOST_CLOSURES)
-    else:
-        limit = np.full(len(rays), most)
+    brings = flatnonzero((weight * rays.throughput[:, owner] > 0).any(axis=0))
+    owner, row, part, weight = owner[brings], row[brings], part[brings], weight[:, brings]
     left_out = None
-    number = np.bincount(owner, minlength=len(rays))
-    crowded = flatnonzero((number > limit)[owner])
-    if len(crowded):
-        if chance is None:
-            chance = np.full(len(rays), 0.5) if at.draws is None else at.draws.square(CLOSURE)[0].astype(np.float64)
-        some = owner[crowded]
-        chances = np.clip(chance[some], LEAST_CHANCE, 1 - LEAST_CHANCE)
-        factor = np.ones(len(owner))
-        factor[crowded] = draw(some, budget_units(heaviest[crowded]), limit[some], chances)
-        gone = flatnonzero(factor == 0)
-        left_out = rays.sample[owner[gone]], heaviest[gone] * largest_component(rays.throughput)[owner[gone]]
-        kept = flatnonzero(factor)
+    factor = _drawn(rays, at, owner, weight, most, chance)
+    if factor is not None:
+        gone, kept = flatnonzero(factor == 0), flatnonzero(factor)
+        left_out = rays.sample[owner[gone]], largest_component(weight[:, gone] * rays.throughput[:, owner[gone]])
         weight = (weight[:, kept] * factor[kept]).astype(np.float32)
         owner, row, part = owner[kept], row[kept], part[kept]
     # One hit for each.
     rays_of = rays.take(owner)
-    path = rays_of.path
-    if len(path):
-        path = np.where(part > 0, hash32(path ^ hash32(part.astype(np.uint32))), path)
-    rays_of = replace(rays_of, throughput=rays_of.throughput * weight, path=path)
+    rays_of = replace(rays_of, throughput=rays_of.throughput * weight, path=closure_path(rays_of.path, part))
     of = replace(at.take(owner), surface=row, values=HitValues(table.columns, row), share=_shares(owner, weight))
     of = resolve(scene.geometry, of, t[owner])
     if table.disperses:
         of = _dispersed(of, None if wavelength is None else wavelength[owner])
     return ClosureHits(rays_of, of, t[owner], owner, weight, left_out)
+
+
+def _drawn(
+    rays: Rays, at: Interaction, owner: Numbers, weight: Float32, most: int, chance: Float64 | None
+) -> Float64 | None:
+    """By what closures (m,) of weights (3, m) at hits `owner` are to be multiplied: 0 for those that are not drawn.
+
+    None: no hit has too many. most, chance: see `closures_at`.
+    """
+    first = (rays.depth == 0) & (rays.straight == 0)
+    limit = np.full(len(rays), most) if most else np.where(first, MOST_FIRST_CLOSURES, MOST_CLOSURES)
+    crowded = flatnonzero((np.bincount(owner, minlength=len(rays)) > limit)[owner])
+    if len(crowded) == 0:
+        return None
+    if chance is None:
+        chance = np.full(len(rays), 0.5) if at.draws is None else at.draws.square(CLOSURE)[0].astype(np.float64)
+    some = owner[crowded]
+    chances = np.clip(chance[some], LEAST_CHANCE, 1 - LEAST_CHANCE)
+    factor = np.ones(len(owner))
+    factor[crowded] = draw(some, budget_units(largest_component(weight[:, crowded])), limit[some], chances)
+    return factor
 
 
 def _dispersed(at: Interaction, chance: Float64 | None) -> Interaction:
@@ -132,16 +136,16 @@ def _dispersed(at: Interaction, chance: Float64 | None) -> Interaction:
     return replace(at, values=replace(at.values, ior=ior))
 
 
-def closure_path(path: UInt32, part: int) -> UInt32:
-    """Paths (rows, n) of the hits on closure `part` of the surfaces that rays met."""
-    return hash32(path ^ hash32(np.array([part], np.uint32))) if part and len(path) else path
+def closure_path(path: UInt32, part: Numbers) -> UInt32:
+    """Paths (rows, n) of the hits on closures `part` (n,), or (1,) for all, of the surfaces that rays met."""
+    return np.where(part > 0, hash32(path ^ hash32(part.astype(np.uint32))), path) if len(path) else path
 
 
 def _shares(owner: Numbers, weight: Float32) -> Float32:
     """(m,) of the weights (3, m) of all closures at one hit, each's."""
     heaviest = largest_component(weight).astype(np.float64)
     total = np.bincount(owner, heaviest)[owner]
-    return np.asarray(heaviest / np.maximum(total, LEAST_CHANCE), np.float32)
+    return np.asarray(heaviest / total, np.float32)
 
 
 def _as_entered(
@@ -180,11 +184,7 @@ def closure_weights(
         for number, closure in enumerate(one.surface.closures):
             if isinstance(closure.weight, Expression):
                 values = np.zeros((3, len(prim)), np.float32)
-                write(
-                    values,
-                    one.hits,
-                    np.broadcast_to(limited("weight", one.evaluate(closure.weight)), (3, len(one.hits))),
-                )
+                values[:, one.hits] = limited("weight", one.evaluate(closure.weight))
                 place = flatnonzero((surface[owner] == one.number) & (part == number))
                 weight[:, place] = values[:, owner[place]]
     return weight
