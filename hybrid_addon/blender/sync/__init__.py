@@ -89,7 +89,7 @@ def translate(
     medium = world_medium(b_depsgraph, b_scene, images, warn)
     surfaces = Surfaces(images, warn, material_override(b_scene, b_depsgraph), frame)
     objects = Objects(surfaces, LightContext(light_falloff, b_scene.eevee.light_threshold), Flags(b_scene), warn, kept)
-    objects.add_all(b_depsgraph, b_scene.render.hair_subdiv)
+    objects.add_all(b_depsgraph, b_scene.render.hair_subdiv, source_layer(b_scene).use_strand)
     kept.end()
     if not rough_samples(b_scene):
         warn_of_roughness(surfaces.surfaces, warn)

@@ -65,15 +65,15 @@ class Objects:
         self._links: list[Links] = []  # of the lights
         self._names: list[str] = []  # of each instance, by which light linking knows it
 
-    def add_all(self, b_depsgraph: bpy.types.Depsgraph, hair_subdivided: int = 0) -> None:
+    def add_all(self, b_depsgraph: bpy.types.Depsgraph, hair_subdivided: int = 0, strands: bool = True) -> None:
         """Add everything visible. What the iterator hands out dies at its next step, so all is copied at once.
 
-        hair_subdivided : `RenderSettings.hair_subdiv` of the artist's scene.
+        hair_subdivided : `RenderSettings.hair_subdiv` of the artist's scene.   strands : the view layer shows hair.
         """
         for b_instance in b_depsgraph.object_instances:
-            if b_instance.show_self and not _is_hidden(b_instance):
+            if b_instance.show_self and not _is_hidden(b_instance) and (strands or b_instance.object.type != "CURVES"):
                 self._add(b_instance)
-            if b_instance.show_particles and not _is_hidden(b_instance):
+            if strands and b_instance.show_particles and not _is_hidden(b_instance):
                 self._add_hair(b_instance, b_depsgraph.mode == "RENDER", hair_subdivided)
         self.lights = [linked(light, links, self._names) for light, links in zip(self.lights, self._links, strict=True)]
 

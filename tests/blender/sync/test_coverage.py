@@ -26,7 +26,7 @@ ELSEWHERE = {  # followed, and proved by tests of more than one value
     # test_render, test_pipeline: what Blender asks the engine for
     "RenderSettings": "resolution_x resolution_y resolution_percentage"
     " use_border border_min_x border_min_y border_max_x border_max_y hair_subdiv",  # test_strands
-    "ViewLayer": "use",  # test_pipeline
+    "ViewLayer": "use use_strand",  # test_pipeline, test_strands
     "World": "node_tree use_nodes",  # test_sync_world, test_coverage_sockets
     "Material": "node_tree use_nodes displacement_method",  # test_displacement
     "Object": "type data material_slots light_linking instance_collection",  # test_sync_objects, test_parity

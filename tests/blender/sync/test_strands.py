@@ -206,6 +206,15 @@ def test_hair_without_a_strand_drawn_is_left_out(scene):
     assert translated(scene).counts["meshes"] == 1
 
 
+def test_hair_that_the_view_layer_does_not_show_is_left_out(scene):
+    """EEVEE draws none; its volumes filter, which it asks for Volume objects alone, changes nothing."""
+    hairy(scene)
+    scene.view_layers[0].use_volumes = False
+    assert translated(scene).counts["meshes"] == 2
+    scene.view_layers[0].use_strand = False
+    assert translated(scene).counts["meshes"] == 1
+
+
 def test_points_of_geometry_nodes_are_balls(scene):
     b_group = bpy.data.node_groups.new("Points", "GeometryNodeTree")
     for in_out in ("INPUT", "OUTPUT"):

@@ -160,9 +160,9 @@ RENDER: Table = {
 }
 
 LAYER: Table = {
-    **followed("use, material_override, world_override, use_sky, use_motion_blur"),
+    **followed("use, material_override, world_override, use_sky, use_strand, use_motion_blur"),
     "use_solid": Named("is off: EEVEE draws no surfaces and tells of none, so none is traced", True, rank=FIRST),
-    **within("object types", "use_strand, use_volumes, use_grease_pencil"),
+    **within("object types", "use_volumes, use_grease_pencil"),  # other fog stays without use_volumes
     **irrelevant(CYCLES, "samples, pass_alpha_threshold, use_ao, cycles, lightgroups, active_lightgroup"),
     **irrelevant(CYCLES, "active_lightgroup_index, use_pass_shadow"),
     **irrelevant(FREESTYLE, "use_freestyle, freestyle_settings"),
