@@ -44,7 +44,7 @@ def main(argv: Sequence[str]) -> int:
         arguments = _parser().parse_args(list(argv))
         arguments.verb(arguments)
     except (TooLarge, MemoryError) as error:
-        say(f"failed: {error or REFUSED}", sys.stderr)
+        say(f"failed: {str(error) or REFUSED}", sys.stderr)
         return 1
     except HybridError as error:
         say(f"error: {error}", sys.stderr)

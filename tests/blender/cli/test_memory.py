@@ -54,3 +54,12 @@ def test_a_scene_that_does_not_fit_ends_with_1_in_one_line(file, capfd, monkeypa
         hybrid.advise()
     monkeypatch.setattr(memory, "available", lambda: 1 << 17)
     assert any("cannot be rendered here" in line for line in hybrid.plan()["warnings"])
+
+
+def test_python_s_own_lack_of_memory_has_a_line(monkeypatch, capfd):
+    def parser():
+        raise MemoryError
+
+    monkeypatch.setattr(cli, "_parser", parser)
+    assert cli.main([]) == 1
+    assert capfd.readouterr().err == f"hybrid: failed: {memory.REFUSED}\n"
