@@ -97,20 +97,36 @@ def _size(mesh: TriangleMesh) -> int:
 
 
 def same(a: Any, b: Any) -> bool:
-    """Whether two values are equal, parts of a scene part by part, arrays byte for byte."""
-    if a is b:
-        return True
-    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
-        return a.dtype == b.dtype and a.shape == b.shape and np.array_equal(_bits(a), _bits(b))
-    if type(a) is not type(b):
-        return False
-    if is_dataclass(a) and not isinstance(a, type):
-        return all(same(getattr(a, field.name), getattr(b, field.name)) for field in fields(a))
-    if isinstance(a, dict):
-        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
-    if isinstance(a, list | tuple):
-        return len(a) == len(b) and all(map(same, a, b))
-    return bool(a == b)
+    """Whether two values are equal, parts of a scene part by part, arrays byte for byte.
+
+    Parts that several share are compared once: n nodes of a material make up to 2 ** n paths.
+    """
+    waiting: list[tuple[Any, Any]] = [(a, b)]
+    known: set[tuple[int, int]] = set()
+    while waiting:
+        a, b = waiting.pop()
+        if a is b or (id(a), id(b)) in known:
+            continue
+        if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+            if a.dtype != b.dtype or a.shape != b.shape or not np.array_equal(_bits(a), _bits(b)):
+                return False
+            continue
+        if type(a) is not type(b):
+            return False
+        if is_dataclass(a) and not isinstance(a, type):
+            known.add((id(a), id(b)))  # both live as long as the scenes that hold them
+            waiting += [(getattr(a, field.name), getattr(b, field.name)) for field in fields(a)]
+        elif isinstance(a, dict):
+            if a.keys() != b.keys():
+                return False
+            waiting += [(value, b[key]) for key, value in a.items()]
+        elif isinstance(a, list | tuple):
+            if len(a) != len(b):
+                return False
+            waiting += zip(a, b, strict=True)
+        elif not a == b:
+            return False
+    return True
 
 
 def _bits(a: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:

@@ -10,7 +10,8 @@ import pytest
 from hybrid_addon.blender import session
 from hybrid_addon.blender.api import disable, mark, render
 from hybrid_addon.blender.sync import MeshCache, translate
-from hybrid_addon.blender.sync.cache import MAX_BYTES
+from hybrid_addon.blender.sync.cache import MAX_BYTES, same
+from hybrid_addon.scene import Expression
 
 pytestmark = pytest.mark.blender
 
@@ -208,3 +209,29 @@ def test_a_preview_learns_what_moves(still_life):
     assert moving() == {"Cube", "Ball"}  # they have keyframes
     bpy.data.objects["Floor"].location.z -= 0.25
     assert moving() == {"Cube", "Ball", "Floor"} == moving()
+
+
+def test_what_expressions_share_is_compared_once():
+    """40 nodes, each read twice by the next one: 2 ** 40 ways through them."""
+
+    def tree(leaf):
+        value = Expression("held", (leaf,))
+        for _ in range(40):
+            value = Expression("add", (value, value))
+        return value
+
+    assert same(tree(1.0), tree(1.0))
+    assert not same(tree(1.0), tree(2.0))
+
+
+def test_a_long_chain_of_nodes_is_compared():
+    """Longer than Python calls may nest."""
+
+    def chain(leaf):
+        value = leaf
+        for _ in range(3000):
+            value = Expression("held", (value,))
+        return value
+
+    assert same(chain(1.0), chain(1.0))
+    assert not same(chain(1.0), chain(2.0))
