@@ -150,25 +150,26 @@ class Images:
 
         Kept for the next frame by `state`, unless something has to be said of it each time.
         """
-        said = len(tuple(self._warn))
         if b_image.alpha_mode == "NONE" and raw.shape[2] > 1:
             raw[..., -1] = one(raw.dtype)
         texels = Texels(raw)
         if premultiplied and not texels.is_opaque:
             texels = Texels(raw, divides=True)
-        space = _conversion(b_image) if encoded else ""
+        space, succeeded = _conversion(b_image) if encoded else "", True
         if space:
             curve = srgb_curve(raw.dtype.name, texels.divides) if space == SRGB else None
             if curve is not None:
                 texels = Texels(raw, curve)
             else:
-                texels = Texels(self._converted(b_image, texels, space))
-        if len(tuple(self._warn)) == said:
+                rgba, succeeded = self._converted(b_image, texels, space)
+                texels = Texels(rgba)
+        if succeeded:
             self._kept.keep_image(state, texels)
         return texels
 
-    def _converted(self, b_image: bpy.types.Image, texels: Texels, space: str) -> Float32:
-        """(h, w, 4) float32, from the image's colour space to the file's, where no curve of one channel leads there."""
+    def _converted(self, b_image: bpy.types.Image, texels: Texels, space: str) -> tuple[Float32, bool]:
+        """(h, w, 4) float32, from the image's colour space to the file's, where no curve of one channel leads there;
+        and whether they could be converted."""
         height, width, _ = texels.shape
         size = height * width * 16 * (2 if space == SRGB else 4)  # and the copies that OpenColorIO takes
         memory.require({f"image {b_image.name!r}": size}, SMALLER_IMAGES)
@@ -176,12 +177,13 @@ class Images:
         if space == SRGB:
             result = srgb_to_linear(rgba)
             result[..., 3] = rgba[..., 3]
-            return result
-        if not convert_with_ocio(rgba, space, working_space()):
+            return result, True
+        succeeded = convert_with_ocio(rgba, space, working_space())
+        if not succeeded:
             self._warn.add(
                 f"image {b_image.name!r}: colour space {space!r} cannot be converted; its values are used as is"
             )
-        return rgba
+        return rgba, succeeded
 
 
 # ------------------------------------------------------------------------------------------------ where it is

@@ -10,7 +10,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from hybrid_addon.blender.sync import Warnings
+from hybrid_addon.blender.sync import MeshCache, Warnings
 from hybrid_addon.blender.sync.image import Images, frame_path
 from hybrid_addon.blender.sync.image_file import srgb_to_linear
 from hybrid_addon.blender.sync.material import translate_material
@@ -346,3 +346,20 @@ def test_a_tiled_image_on_a_material(scene):
     assert set(image.data.tiles) == {(0, 0), (1, 0)}
     assert tuple(image.data.pixels.rgba()[0, 0]) == (1, 0, 1, 1)  # where no tile is, as in EEVEE
     assert list(warn) == []
+
+
+def test_each_image_that_cannot_be_converted_is_told_of_in_every_frame(scene, tmp_path, monkeypatch):
+    """Two of one colour space, whose lines are told as one."""
+    monkeypatch.setattr("hybrid_addon.blender.sync.image.convert_with_ocio", lambda *_: False)
+    images = [write(tmp_path / f"{name}.png", checks()) for name in ("one", "other")]
+    for b_image in images:
+        b_image.colorspace_settings.name = "AgX Base sRGB"
+    kept, said = MeshCache(), []
+    for _ in range(2):
+        warn = Warnings()
+        kept.begin()
+        for b_image in images:
+            Images(warn, kept).pixels(b_image)
+        kept.end()
+        said.append(list(warn.each()))
+    assert len(said[0]) == 2 and said[1] == said[0]
