@@ -60,10 +60,10 @@ def _is_for_the_mask(scene: bpy.types.Scene) -> bool:
 
 
 def hide() -> None:
-    """Take the handlers of others out of Blender's lists."""
+    """Take the handlers of others out of Blender's lists, also those that have come since they were last hidden."""
     for name in _NAMES:
-        handlers = getattr(bpy.app.handlers, name)
-        _hidden[name] = list(handlers)
+        handlers, before = getattr(bpy.app.handlers, name), _hidden.get(name, [])
+        _hidden[name] = [*before, *(handler for handler in handlers if handler not in before)]
         handlers[:] = [handler for handler in handlers if getattr(handler, "__module__", "").startswith(_PACKAGE)]
 
 
@@ -82,9 +82,11 @@ def frame_ends() -> None:
 
 @contextmanager
 def hidden() -> Iterator[None]:
-    """Nobody else hears of what is done."""
+    """Nobody else hears of what is done. Who was hidden before stays so."""
+    were_hidden = bool(_hidden)
     hide()
     try:
         yield
     finally:
-        show()
+        if not were_hidden:
+            show()

@@ -139,6 +139,26 @@ def test_a_handler_that_is_added_while_others_are_hidden_stays(scene):
     handlers.remove(late)
 
 
+def test_handlers_that_are_hidden_twice_come_back(scene):
+    def early(*_):
+        pass
+
+    def late(*_):
+        pass
+
+    handlers = bpy.app.handlers.frame_change_post
+    handlers.append(early)
+    others_handlers.hide()
+    handlers.append(late)
+    with others_handlers.hidden():
+        assert early not in handlers and late not in handlers
+    assert early not in handlers and late not in handlers  # whoever hid them first shows them
+    others_handlers.show()
+    assert early in handlers and late in handlers
+    handlers.remove(early)
+    handlers.remove(late)
+
+
 # ------------------------------------------------------------------------------------------------ drivers
 
 
