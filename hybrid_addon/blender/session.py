@@ -179,9 +179,6 @@ class Session:
 
 _sessions: dict[str, Session] = {}  # by the scene's name
 
-asked_for = ""
-"""Name of the scene that Blender is asked to render, or was last."""
-
 
 def of(name: str) -> Session:
     """The session of the scene of this name."""
@@ -195,8 +192,6 @@ def everyone() -> list[Session]:
 
 def begin_frame(name: str) -> None:
     """Blender begins a frame of the scene of this name."""
-    global asked_for
-    asked_for = name
     of(name).begin_frame()
 
 
@@ -212,6 +207,4 @@ def caches_of(name: str) -> FrameCaches:
 
 def forget() -> None:
     """Another file, or the end: let go of everything."""
-    global asked_for
     _sessions.clear()
-    asked_for = ""

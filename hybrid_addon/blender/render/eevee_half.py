@@ -14,6 +14,7 @@ from ..flags import Flags
 from ..lines import draws_freestyle
 from ..pipeline import scene_setup
 from . import images
+from .motion_blur import is_blurred
 
 Window = tuple[int, int, int, int]
 
@@ -70,7 +71,7 @@ def unfit_to_back(scene: bpy.types.Scene) -> str:
     """Why the pixels of EEVEE's picture are not those of the surfaces that its depth pass has; "" if they are."""
     if scene.camera is not None and scene.camera.type == "CAMERA" and scene.camera.data.dof.use_dof:
         return "depth of field blurs EEVEE's picture, but not its depth"
-    if scene.render.use_motion_blur:
+    if is_blurred(scene):
         return "motion blur blurs EEVEE's picture, but not its depth"
     if may_scatter(scene):
         return "a volume lies between EEVEE's picture and its surfaces"

@@ -188,7 +188,8 @@ def trace_frame(
     if drawn is not None and lines is not None:
         drawn, traced = lay_over(drawn, lines), lay_over(traced, lines, of_both=False)
     notes = [RETRACED] if again else []
-    unfit = unfit or (GREASE_PENCIL if scene.hybrid.raster_backed and lines_drawn.draws_grease_pencil(scene) else "")
+    if not unfit and mode == "HYBRID" and scene.hybrid.raster_backed and lines_drawn.draws_grease_pencil(scene):
+        unfit = GREASE_PENCIL
     notes += [{"what": "raster-backed hits", "why": unfit, "count": 1}] if unfit else []
     report = frame_report(
         versions=versions(),

@@ -6,6 +6,7 @@ EEVEE ignores the last two; they are Cycles' (kernel/svm/closure.h).
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import bpy
@@ -13,7 +14,7 @@ import bpy
 from ... import expressions as ex
 from ...scene import Expression
 from .image import SRGB_WORKING_SPACES, working_space
-from .nodes import Node
+from .nodes import Node, is_thin_wall
 from .texture import NodeReader
 from .values import NORMAL, color, number, vector
 
@@ -60,7 +61,7 @@ def _grain(node: Node, reader: NodeReader, rotation: str, stretch: Any) -> dict[
         return {}
     tangent, turns = _tangent(node, reader), number(reader, node, rotation)
     if turns != 0.0:
-        tangent = ex.apply("turned_about", tangent, 0.0, NORMAL, ex.times(6.283185307179586, turns))
+        tangent = ex.apply("turned_about", tangent, 0.0, NORMAL, ex.times(math.tau, turns))
     return {"stretch": stretch, "tangent": tangent}
 
 
@@ -120,8 +121,3 @@ def translucency(node: Node, reader: NodeReader) -> Any:
     weight = ex.clamped(number(reader, node, "Subsurface Weight"))
     forward = ex.clamped(ex.times(0.5, ex.plus(1.0, number(reader, node, "Subsurface Anisotropy"))))
     return ex.times(weight, forward)
-
-
-def is_thin_wall(node: Node) -> bool:
-    """Whether it is (Blender 5.2)."""
-    return node.has_input("Thin Wall") and bool(node.input("Thin Wall").value())

@@ -105,6 +105,11 @@ def active_output(b_tree: bpy.types.NodeTree) -> Node | None:
     return Node(b_output) if b_output else None
 
 
+def is_thin_wall(node: Node) -> bool:
+    """Whether a Principled BSDF is one (Blender 5.2)."""
+    return node.has_input("Thin Wall") and bool(node.input("Thin Wall").value())
+
+
 def _trace(socket: Socket) -> tuple[Node | None, str, Socket, Any]:
     """(node, name of its output, the last socket passed: the one whose default value applies without node, output)."""
     for _ in range(MAX_STEPS):

@@ -24,7 +24,7 @@ from .values import NODES, NORMAL, attribute, number, vector
 LIGHT_RAYS = ("Is Glossy Ray", "Is Singular Ray", "Is Reflection Ray", "Is Transmission Ray")
 """What EEVEE's rays to the world are when it is to light, all at once."""
 NEVER = ("Is Volume Scatter Ray", "Portal Depth")
-"""Outputs of Light Path that are 0: no volume scatters, and portals are another renderer's."""
+"""Outputs of Light Path that are 0: traced fog is marched through without new rays, and portals are Cycles' alone."""
 
 NORMALS_ARE_VECTORS = bpy.app.version < (5, 0, 0)
 """EEVEE of Blender 4.5 turns the normals of Vector Transform as vectors; so it matters under uneven scale."""

@@ -19,12 +19,12 @@ import numpy as np
 from ... import expressions as ex
 from ...scene import BLACK, WHITE, Expression, Surface
 from . import lobes
-from . import object_nodes as _objects  # noqa: F401
-from . import texture_nodes as _textures  # noqa: F401  (these two add their nodes to the table of `values`)
+from . import object_nodes as _objects  # noqa: F401  (these three add their nodes to the table of `values`)
+from . import texture_nodes as _textures  # noqa: F401
 from . import value_nodes as _registered  # noqa: F401
 from .conductor import conductor_tints
 from .coverage import name_sockets
-from .nodes import Node, Socket
+from .nodes import Node, Socket, is_thin_wall
 from .sums import added, each, may_be, mixed, weighted
 from .texture import NodeReader
 from .values import color, emitted, number, once, value_of, vector
@@ -99,7 +99,7 @@ def _principled_body(node: Node, reader: NodeReader, alpha: Share) -> Surface:
     if metallic == 1.0 and not lobes.FILMS_ON_METAL:
         film = {}
     glass, straight = ex.times(alpha, ex.rest(metallic), transmission), ex.rest(alpha)
-    thin = node.has_input("Thin Wall") and bool(node.input("Thin Wall").value()) and may_be(glass)
+    thin = is_thin_wall(node) and may_be(glass)
     if may_be(glass) and may_be(straight):  # a sum: what lies there, and what is seen past it
         opaque, clear = _principled_body(node, reader, 1.0), replace(_shared(0.0, 0.0, 1.0), ior=1.0)
         return weighted((alpha, replace(opaque, normal=_normal(node, reader))), (straight, clear))

@@ -13,8 +13,8 @@ import numpy as np
 from ... import expressions as ex
 from ...scene import BLACK, RGB, Expression, Medium, World, WorldSun
 from ..view_layers import source_layer
-from . import object_nodes as _objects  # noqa: F401
-from . import texture_nodes as _textures  # noqa: F401  (these two add their nodes to the table of `values`)
+from . import object_nodes as _objects  # noqa: F401  (these three add their nodes to the table of `values`)
+from . import texture_nodes as _textures  # noqa: F401
 from . import value_nodes as _registered  # noqa: F401
 from .coverage import name_settings, name_sockets
 from .image import Images

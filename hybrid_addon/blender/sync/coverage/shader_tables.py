@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ..nodes import is_thin_wall
 from .status import LAST, Named, Table, followed, irrelevant, within
 
 WEIGHT = irrelevant("Blender's own, hidden, and read by no renderer of nodes", "Weight")
@@ -33,8 +34,7 @@ def with_(*names: str) -> Callable[[Any], bool]:
 
 
 def _of_body(node: Any) -> bool:
-    thin = node.has_input("Thin Wall") and bool(node.input("Thin Wall").value())
-    return _of_diffuse(node) and not thin
+    return _of_diffuse(node) and not is_thin_wall(node)
 
 
 def _of_diffuse(node: Any) -> bool:
