@@ -16,6 +16,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "hybrid_addon"
 PURE = (
+    "accelerated",
     "clock",
     "memory",
     "scene",
@@ -47,8 +48,8 @@ MEASURED_BY = ("blender.measure", "blender.cli.report", "blender.cli.stability",
 # The floors of a house, lowest first: a room imports from floors below its own only.
 FLOORS = {
     "tracer": (
-        {"core"}, {"geometry", "materials", "parallel"}, {"emitters", "film", "media"}, {"prepare"}, {"shading"},
-        {"integrator"}, {"sampling"}, {"catcher"}, {"render"},
+        {"core"}, {"geometry", "kernels", "materials", "parallel"}, {"emitters", "film", "media"}, {"prepare"},
+        {"shading"}, {"integrator"}, {"sampling"}, {"catcher"}, {"render"},
     ),
     "blender": (
         {"errors", "flags", "gltf", "view_layers"}, {"files", "lines"}, {"sync"}, {"session"}, {"pipeline"}, {"render"},
@@ -139,7 +140,7 @@ def test_the_floors_catch_an_arrow_upwards() -> None:
 
 
 def test_a_house_has_few_rooms() -> None:
-    there = [p for p in (PACKAGE / "tracer").iterdir() if p.name != "__pycache__"]
+    there = [p for p in (PACKAGE / "tracer").iterdir() if not p.name.startswith("__")]
     assert len(there) <= 14
 
 
@@ -218,11 +219,12 @@ def test_a_pure_room_needs_no_blender(room: str) -> None:
 def test_ruff_bans_the_same_modules() -> None:
     ruff = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["ruff"]["lint"]
     assert "TID251" in ruff["select"]
-    assert set(ruff["flake8-tidy-imports"]["banned-api"]) == {"bpy", "mathutils", "embreex"}
+    assert set(ruff["flake8-tidy-imports"]["banned-api"]) == {"bpy", "mathutils", "embreex", "numba"}
     exempt = {pattern for pattern, codes in ruff["per-file-ignores"].items() if "TID251" in codes}
     inside = {pattern for pattern in exempt if pattern.startswith("hybrid_addon/")}
     assert inside == {
         "hybrid_addon/blender/*",
         "hybrid_addon/blender/ui/{panels,operators,advice,picker}.py",
         "hybrid_addon/tracer/geometry/embree.py",
+        "hybrid_addon/tracer/kernels/*",
     }

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import atexit
+from pathlib import Path
 
 import bpy
 
@@ -37,9 +38,21 @@ def register() -> None:
     preview.register()
     panels.register()
     cli.register()
+    load_kernels()
     _registered = True
     if getattr(bpy.app, "module", False):
         atexit.register(unregister)  # nothing else unregisters in the bpy module, and 4.5's then crashes at exit
+
+
+def load_kernels() -> None:
+    """Keep compiled kernels in the extension's own folder; in a window, load them now, else with the first picture."""
+    from ..tracer.kernels import loading
+
+    parts = __package__.split(".")
+    if parts[0] == "bl_ext":
+        loading.cache_in(Path(bpy.utils.extension_path_user(".".join(parts[:3]), path="kernels")))
+    if not bpy.app.background:
+        loading.begin()
 
 
 def unregister() -> None:

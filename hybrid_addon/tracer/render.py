@@ -20,6 +20,7 @@ from .core.stats import Stats
 from .film import ended_rays
 from .film.picture import ResolvedImage
 from .film.samples import wanted_aovs
+from .kernels import loading
 from .parallel.pool import zeros_for
 from .prepare.compiled import CompiledScene
 from .prepare.footprint import taken
@@ -120,6 +121,7 @@ def _render(
     scene: CompiledScene, mask: Float32 | None, progress: Progress | None, deadline: float, building: Stats
 ) -> Film:
     """Trace all wanted pixels, fill those that no sample hit, and develop. building: what preparing the scene took."""
+    loading.begin(after=loading.PATIENCE)
     began, settings, stats = time.perf_counter(), scene.settings, Stats()
     x0, y0, x1, y1 = scene.camera.window
     shape = y1 - y0, x1 - x0

@@ -264,8 +264,10 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
 def versions() -> dict[str, str]:
     """Versions of what took part."""
     from ...tracer.geometry.embree import embree_version
+    from ...tracer.kernels import loading
 
-    return {"blender": bpy.app.version_string, "embree": embree_version(), "platform": platform.platform()}
+    own = {"embree": embree_version(), "kernels": loading.line()}
+    return {"blender": bpy.app.version_string, **own, "platform": platform.platform()}
 
 
 # ------------------------------------------------------------------------------------------------ small parts

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...accelerated import accelerated
 from ...scene import Float32, Float64, Int32
 from ..core.cache import SceneCache
 from ..core.constants import (
@@ -157,25 +158,7 @@ class PrimitiveSet:
         if not self.triangle_count:
             n = len(prim)
             return Hits(prim, np.full(n, np.inf), np.zeros((3, n), np.float32), np.zeros(n))
-        found = flatnonzero(prim >= 0)
-        if len(found) < SPARSE * len(prim):
-            return self._refine_some(prim, origin, direction, found)
-        facets = np.ascontiguousarray(self.geometry.facets.take(prim, axis=0, mode="wrap").T)
-        t, toward = plane_distance(facets, origin, direction)
-        t[prim < 0] = np.inf
-        return Hits(prim, t, facets[:3].astype(np.float32), toward)
-
-    def _refine_some(self, prim: Int32, origin: Float32, direction: Float32, found: NDArray[np.intp]) -> Hits:
-        """The same where few rays hit anything: only these are worked on."""
-        n = len(prim)
-        hits = Hits(prim, np.full(n, np.inf), np.zeros((3, n), np.float32), np.zeros(n))
-        if len(found):
-            facets = np.ascontiguousarray(self.geometry.facets.take(prim[found], axis=0).T)
-            t, toward = plane_distance(facets, origin.take(found, axis=1), direction.take(found, axis=1))
-            hits.t[found], hits.toward[found] = t, toward
-            for i in range(3):
-                hits.normal[i, found] = facets[i]
-        return hits
+        return Hits(prim, *refine(self.geometry.facets, prim, origin, direction))
 
     def _retrace(self, hits: Hits, origin: Float32, direction: Float32, stats: Stats) -> None:
         """Advance rays whose hit lies behind them (a rounding error of Embree) and trace them again.
@@ -273,6 +256,35 @@ class PrimitiveSet:
             hits = self.nearest(origin.take(asked, axis=1), direction.take(asked, axis=1), stats)
             blocked[asked] = hits.t < t_max[asked]
         return blocked
+
+
+@accelerated
+def refine(facets: Float64, prim: Int32, origin: Float32, direction: Float32) -> tuple[Float64, Float32, Float64]:
+    """Where rays (3, n) meet the planes of triangles prim (n,): t, normal and toward, as in `Hits`.
+
+    facets : (np, 4) of all primitives.
+    """
+    found = flatnonzero(prim >= 0)
+    if len(found) < SPARSE * len(prim):
+        return _refine_some(facets, prim, origin, direction, found)
+    of_each = np.ascontiguousarray(facets.take(prim, axis=0, mode="wrap").T)
+    t, toward = plane_distance(of_each, origin, direction)
+    t[prim < 0] = np.inf
+    return t, of_each[:3].astype(np.float32), toward
+
+
+def _refine_some(
+    facets: Float64, prim: Int32, origin: Float32, direction: Float32, found: NDArray[np.intp]
+) -> tuple[Float64, Float32, Float64]:
+    """The same where few rays hit anything: only these are worked on."""
+    n = len(prim)
+    t, normal, toward = np.full(n, np.inf), np.zeros((3, n), np.float32), np.zeros(n)
+    if len(found):
+        of_each = np.ascontiguousarray(facets.take(prim[found], axis=0).T)
+        t[found], toward[found] = plane_distance(of_each, origin.take(found, axis=1), direction.take(found, axis=1))
+        for i in range(3):
+            normal[i, found] = of_each[i]
+    return t, normal, toward
 
 
 def barycentrics(geometry: Geometry, prim: NDArray[np.integer], point: Float64, clamp: bool = True) -> Float64:

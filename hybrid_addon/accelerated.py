@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Numpy functions that have a compiled twin with the same bits.
+
+    @accelerated
+    def refine(facets, prim, origin, direction): ...          # numpy: the reference, and what runs without numba
+
+A hot function of arrays is marked so. Its twin is a numba function of `tracer/kernels/` that names it, takes the same
+arguments and returns the same bits (tests/tracer/kernels compares the two on stiff input). `tracer/kernels/loading.py`
+compiles it, or loads it from its cache, in the background: from then on a call runs the twin. Until then, and where
+there is no numba, numpy answers. So nobody can tell from a picture which of the two has worked.
+
+The marked function is called by position. What a kernel was not compiled for (float64 directions, say) numpy does.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, TypeVar, cast
+
+import numpy as np
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+NO_MATCH = "No matching definition"
+"""How numba's TypeError begins for arguments of types that a kernel was not compiled for."""
+
+
+class Twins:
+    """A numpy function, and its kernel while there is one in use.
+
+    reference : the numpy function.   kernel : what calls run instead, or None.   compiled : the kernel once loaded, in
+    use or not.   written : positions of the arrays that both write to; of others a kernel may be given copies.
+    """
+
+    def __init__(self, name: str, reference: Callable[..., Any]) -> None:
+        self.name, self.reference = name, reference
+        self.kernel: Callable[..., Any] | None = None
+        self.compiled: Callable[..., Any] | None = None
+        self.written: tuple[int, ...] = ()
+        self._unmatched: set[tuple[Any, ...]] = set()
+
+    def run(self, kernel: Callable[..., Any], args: tuple[Any, ...]) -> Any:
+        """Call the kernel, on arrays laid out row by row; a failure is one warning, and numpy's turn from then on."""
+        if self._unmatched and _types(args) in self._unmatched:
+            return self.reference(*args)
+        for position in self.written:
+            if not args[position].flags.c_contiguous:
+                return self.reference(*args)
+        try:
+            return kernel(*[contiguous(a) for a in args])
+        except MemoryError:
+            raise
+        except Exception as error:
+            if isinstance(error, TypeError) and str(error).startswith(NO_MATCH):
+                self._unmatched.add(_types(args))  # to find it out takes numba longer than the work
+            else:
+                self.kernel = self.compiled = None
+                report_failure(self.name, error)
+        return self.reference(*args)
+
+
+ALL: dict[str, Twins] = {}
+"""Every marked function that has been imported, by its name within the package (`tracer.geometry.aggregate.refine`)."""
+
+_early: dict[str, tuple[Callable[..., Any], tuple[int, ...]]] = {}  # kernels whose function is not imported yet
+_failed: dict[str, str] = {}
+_warned: list[str] = []
+
+
+def accelerated(function: F) -> F:
+    """Let calls of this numpy function run its compiled twin, while that is loaded and in use."""
+    name = f"{function.__module__.removeprefix(f'{__package__}.')}.{function.__qualname__}"
+    twins = ALL[name] = Twins(name, function)
+
+    @wraps(function)
+    def run(*args: Any) -> Any:
+        kernel = twins.kernel
+        return function(*args) if kernel is None else twins.run(kernel, args)
+
+    if name in _early:
+        provide(name, *_early.pop(name))
+    return cast(F, run)
+
+
+def provide(name: str, kernel: Callable[..., Any], written: tuple[int, ...] = ()) -> None:
+    """From now on the function of this name runs `kernel`; written: see `Twins`."""
+    twins = ALL.get(name)
+    if twins is None:
+        _early[name] = kernel, written
+        return
+    twins.written = written
+    twins.kernel = twins.compiled = kernel
+
+
+def use(wanted: bool) -> None:
+    """Run the kernels that are loaded, or numpy only: to compare the two."""
+    for twins in ALL.values():
+        twins.kernel = twins.compiled if wanted else None
+
+
+def in_use() -> list[str]:
+    """Names of the functions whose kernels run."""
+    return sorted(name for name, twins in ALL.items() if twins.kernel is not None)
+
+
+def report_failure(name: str, error: BaseException) -> None:
+    """Note that a kernel cannot be used. The first one is a warning, the others are in the report."""
+    _failed[name] = f"{type(error).__name__}: {error}".split("\n")[0]
+    if not _warned:
+        _warned.append(name)
+        warnings.warn(
+            f"the compiled kernel {name} failed, numpy does its work ({_failed[name]})", UserWarning, stacklevel=2
+        )
+
+
+def failed() -> dict[str, str]:
+    """Name of each kernel that failed -> why."""
+    return dict(_failed)
+
+
+def _types(args: tuple[Any, ...]) -> tuple[Any, ...]:
+    return tuple((a.dtype, a.ndim) if isinstance(a, np.ndarray) else type(a) for a in args)
+
+
+def contiguous(a: Any) -> Any:
+    """An array as it is if it lies row by row in memory, else a copy that does; what is no array, as it is."""
+    return a if not isinstance(a, np.ndarray) or a.flags.c_contiguous else np.ascontiguousarray(a)

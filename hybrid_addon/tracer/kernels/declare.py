@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a kernel is written down: a loop over rays beside the numpy function with the same bits.
+
+    @kernel("tracer.geometry.shapes.plane_distance", [(f8[2], f4[2], f4[2])])
+    def plane_distance(facets, origin, direction): ...
+
+Rules, which make the bits those of numpy:
+
+* The same operations in the same order and of the same type. + - * / and sqrt are exact to the last bit; exp, sin, pow
+  and the like are not: they have functions of their own.
+* A literal number next to a float32 makes a float64 here, not in numpy: constants are module globals of their type
+  (`ONE = np.float32(1)`).
+* No fastmath: nothing is reassociated or contracted to a fused multiply-add (a test reads the machine code).
+* minimum, maximum, clip: numpy's hand NaN on, Python's `min` and `max` do not: `least` and `largest` below do.
+* Arrays of arguments lie row by row and are not written to, but for those that a type says so of: `written(f8[2])`.
+  Helpers take numbers, not arrays, which would be counted as referred to for each call.
+* Nothing but the arguments is read or written, no lock is held, no thread started: any number of threads, or of forked
+  processes, run a kernel at once.
+
+numba is imported here and in kernels only, which `loading.py` imports where there is a numba.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, TypeVar
+
+import numba
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False, "boundscheck": False}
+"""Of all kernels. error_model: dividing by 0 gives inf or NaN, as in numpy."""
+
+none = types.none
+
+
+class ArrayTypes:
+    """The types of arrays of one kind of number, by their dimensions: f4[2] is a (k, n) float32 array."""
+
+    def __init__(self, number: Any) -> None:
+        self.number = number
+
+    def __getitem__(self, dimensions: int) -> Any:
+        return types.Array(self.number, dimensions, "C", readonly=True)
+
+
+f4, f8 = ArrayTypes(types.float32), ArrayTypes(types.float64)
+u1, u4, b1 = ArrayTypes(types.uint8), ArrayTypes(types.uint32), ArrayTypes(types.boolean)
+i2, i4, i8 = ArrayTypes(types.int16), ArrayTypes(types.int32), ArrayTypes(types.int64)
+
+
+def written(array: Any) -> Any:
+    """The type of an array that a kernel writes to."""
+    return types.Array(array.dtype, array.ndim, "C", readonly=False)
+
+
+class Kernel(NamedTuple):
+    """A kernel as it was declared. of: the numpy function's name (see `accelerated`); signatures: types of arguments,
+    one tuple for each combination that it is compiled for."""
+
+    of: str
+    function: Callable[..., Any]
+    signatures: list[tuple[Any, ...]]
+
+    @property
+    def written(self) -> tuple[int, ...]:
+        """Positions of the arguments that it writes to."""
+        return tuple(i for i, t in enumerate(self.signatures[0]) if isinstance(t, types.Array) and t.mutable)
+
+
+DECLARED: list[Kernel] = []
+"""All kernels of the modules that have been imported."""
+
+
+def kernel(of: str, signatures: Sequence[tuple[Any, ...]]) -> Callable[[F], F]:
+    """Declare a function as the twin of the numpy function `of`, compiled for these types of arguments."""
+
+    def declare(function: F) -> F:
+        DECLARED.append(Kernel(of, function, list(signatures)))
+        return function
+
+    return declare
+
+
+def helper(function: F) -> Any:
+    """A function of numbers for use in kernels, into which it is compiled."""
+    return numba.njit(**OPTIONS)(function)
+
+
+@helper
+def least(a: Any, b: Any) -> Any:
+    """np.minimum: NaN if either is."""
+    return a if a <= b or a != a else b
+
+
+@helper
+def largest(a: Any, b: Any) -> Any:
+    """np.maximum: NaN if either is."""
+    return a if a >= b or a != a else b
+
+
+@helper
+def clip(a: Any, low: Any, high: Any) -> Any:
+    """np.clip."""
+    return least(largest(a, low), high)
+
+
+@helper
+def dot(ax: Any, ay: Any, az: Any, bx: Any, by: Any, bz: Any) -> Any:
+    """vectors.dot."""
+    return ax * bx + ay * by + az * bz
+
+
+@helper
+def largest_component(x: Any, y: Any, z: Any) -> Any:
+    """vectors.largest_component."""
+    return largest(largest(np.abs(x), np.abs(y)), np.abs(z))

@@ -1,0 +1,260 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Compiles kernels, or loads them from a cache, in the background: until one is there, numpy does its work.
+
+    cache_in(folder)      where machine code is kept; without it, the user's cache folder (XDG_CACHE_HOME)
+    begin(after=0.0)      load in a thread, if it has not begun
+    load()                load all now
+    status()              {"state": "ready", "numba": "0.68.1", "ready": 12, "of": 12, "failed": {}}
+
+HYBRID_KERNELS=0 in the environment switches all of it off. Each kernel is in use as soon as it is ready. What was
+compiled is found again by what it is made of (its code, its helpers, its constants; numba adds its own version and the
+processor), so an update of the add-on compiles only what it changes. A cache folder that cannot be written costs time.
+
+A process may end at any moment: its end waits for the kernel in work (a second or two), not for the others.
+"""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import importlib
+import importlib.util
+import os
+import pkgutil
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ... import accelerated
+
+SWITCH = "HYBRID_KERNELS"
+
+PATIENCE = 2.0
+"""Seconds from the first picture of a process without a window until kernels are loaded: importing numba takes about
+one, which a frame that is done sooner does not gain back."""
+
+NOT_KERNELS = ("declare", "loading")
+"""Modules of this room that declare none."""
+
+STATES = ("off", "no numba", "not begun", "loading", "ready", "stopped")
+"""off: switched off. no numba: none can be imported. not begun: nothing asked for kernels yet. stopped: the process
+ends."""
+
+_lock = threading.Lock()
+_stop, _wake = threading.Event(), threading.Event()
+_loaded = threading.Lock()  # held while kernels are compiled, by one thread at a time
+_folder: list[Path] = []
+_thread: list[threading.Thread] = []
+_done: set[str] = set()
+_known: dict[str, Any] = {"state": "not begun", "numba": "", "ready": 0, "of": 0}
+
+
+def is_off() -> bool:
+    """Whether the environment says that numpy is to do everything."""
+    return os.environ.get(SWITCH, "1").strip().lower() in ("0", "off", "no", "false")
+
+
+def status() -> dict[str, Any]:
+    """How far loading has come: `state` (see STATES), `numba`'s version or "", how many are `ready` `of` all, and why
+    others `failed`, by name."""
+    state = "off" if is_off() else _known["state"]
+    return {**_known, "state": state, "ready": len(accelerated.in_use()), "failed": accelerated.failed()}
+
+
+def line() -> str:
+    """The same in words."""
+    now = status()
+    return {
+        "off": f"numpy ({SWITCH}=0)",
+        "no numba": "numpy (there is no numba for this Python)",
+        "not begun": "numpy (kernels are not asked for yet)",
+        "loading": f"numba {now['numba']}: {now['ready']} of {now['of']} kernels, others are being compiled",
+        "stopped": f"numba {now['numba']}: {now['ready']} of {now['of']} kernels",
+        "ready": f"numba {now['numba']}: {now['ready']} of {now['of']} kernels",
+    }[now["state"]]
+
+
+def cache_in(folder: Path) -> None:
+    """Keep machine code there. To be said before loading begins."""
+    _folder[:] = [folder]
+
+
+def cache_folder() -> Path:
+    """Where machine code is kept."""
+    if _folder:
+        return _folder[0]
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(home) / "hybrid_addon" / "kernels"
+
+
+def begin(after: float = 0.0) -> None:
+    """Load all kernels in the background, once; nothing if they are switched off.
+
+    after : seconds to wait first, or until somebody begins at once: a process that is over sooner loads nothing.
+    """
+    if is_off() or _stop.is_set():
+        return
+    with _lock:
+        if not _thread:
+            atexit.register(stop)
+            _thread.append(threading.Thread(target=_wait_and_load, args=(after,), name="hybrid-kernels", daemon=True))
+            _thread[0].start()
+    if after == 0:
+        _wake.set()
+
+
+def stop() -> None:
+    """Begin no more kernels, and wait for the one in work."""
+    _stop.set()
+    _wake.set()
+    for thread in _thread:
+        thread.join()
+
+
+def load(names: set[str] | None = None) -> dict[str, Any]:
+    """Load all kernels now, or those of these functions, and return the status."""
+    if not is_off():
+        _load(names)
+    return status()
+
+
+def _wait_and_load(after: float) -> None:
+    _wake.wait(after)
+    try:
+        _load(None)
+    except Exception as error:  # a thread has nobody to raise it to
+        accelerated.report_failure("loading", error)
+
+
+def _load(names: set[str] | None) -> None:
+    with _loaded:
+        try:
+            _known["numba"] = importlib.import_module("numba").__version__
+        except Exception:  # there is none, or it refuses this numpy
+            _known["state"] = "no numba"
+            return
+        kernels = _declared()
+        _known.update(state="loading", of=len(kernels))
+        for kernel in kernels:
+            if names is not None and kernel.of not in names:
+                continue
+            if _stop.is_set():
+                _known["state"] = "stopped"
+                return
+            if kernel.of in accelerated.failed() or kernel.of in _done:
+                continue
+            _done.add(kernel.of)
+            try:
+                accelerated.provide(kernel.of, compiled(kernel), kernel.written)
+            except Exception as error:
+                accelerated.report_failure(kernel.of, error)
+        if names is None:
+            _known["state"] = "ready"
+
+
+def _declared() -> list[Any]:
+    """All kernels of this room."""
+    assert __package__ is not None
+    declare = importlib.import_module(".declare", __package__)
+    for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
+        if module.name not in NOT_KERNELS:
+            importlib.import_module(f".{module.name}", __package__)
+    found: list[Any] = declare.DECLARED
+    return found
+
+
+def compiled(kernel: Any) -> Callable[..., Any]:
+    """A declared kernel as machine code, of the cache if it is there."""
+    import numba
+
+    declare = importlib.import_module(".declare", __package__)
+    dispatcher = numba.njit(**declare.OPTIONS)(kernel.function)
+    cache = _cache(kernel.function)
+    for signature in kernel.signatures:
+        if cache is not None:
+            dispatcher._cache = cache
+        try:
+            dispatcher.compile(signature)
+        except OSError:  # the folder cannot be written
+            cache = None
+            dispatcher._cache = numba.core.caching.NullCache()
+            dispatcher.compile(signature)
+    dispatcher.disable_compile()
+    for signature in kernel.signatures:  # numba notes how arguments convert in the first call, which takes it 0.1 s
+        dispatcher(*[_nothing(t) for t in signature])
+    result: Callable[..., Any] = dispatcher
+    return result
+
+
+def _nothing(of: Any) -> Any:
+    """The least argument of this type: an empty array, 0 or None."""
+    from numba import types
+    from numba.np.numpy_support import as_dtype
+
+    if isinstance(of, types.Array):
+        return np.zeros((0,) * of.ndim, as_dtype(of.dtype))
+    return None if isinstance(of, types.NoneType) else as_dtype(of).type(0)
+
+
+def _cache(function: Callable[..., Any]) -> Any:
+    """numba's own cache of a function, but in our folder, and found by what the function is made of; None: no cache.
+
+    numba's would go by the time of the source file, and its folder is one for all who use numba in this process.
+    """
+    try:
+        from numba.core import caching
+
+        stamp, folder = fingerprint(function), str(cache_folder())
+
+        class Locator(caching._CacheLocator):  # type: ignore[misc]
+            def get_cache_path(self) -> str:
+                return folder
+
+            def get_source_stamp(self) -> str:
+                return stamp
+
+            def get_disambiguator(self) -> str:
+                return "kernel"
+
+            @classmethod
+            def from_function(cls, function: Any, file: str) -> Any:
+                locator = cls()
+                locator.ensure_cache_path()  # type: ignore[no-untyped-call]
+                return locator
+
+        class Implementation(caching.CompileResultCacheImpl):  # type: ignore[misc]
+            _locator_classes = [Locator]  # type: ignore[list-item]
+
+        class Cache(caching.FunctionCache):  # type: ignore[misc]
+            _impl_class = Implementation
+
+        return Cache(function)  # type: ignore[no-untyped-call]
+    except Exception:  # not to be written, or another numba than the one that we know
+        return None
+
+
+def fingerprint(function: Callable[..., Any]) -> str:
+    """What the machine code of a function depends on: its code, that of its helpers, and all their constants."""
+    content = hashlib.sha256(f"numpy {np.__version__}".encode())
+    for part in _parts(function, set()):
+        content.update(part)
+    return content.hexdigest()
+
+
+def _parts(function: Callable[..., Any], seen: set[int]) -> Iterator[bytes]:
+    if id(function) in seen:
+        return
+    seen.add(id(function))
+    code = function.__code__
+    yield function.__name__.encode() + code.co_code + repr((code.co_consts, code.co_names)).encode()
+    for name in code.co_names:
+        value: Any = function.__globals__.get(name)
+        if hasattr(value, "py_func"):
+            yield from _parts(value.py_func, seen)
+        elif isinstance(value, (bool, int, float, str, tuple, np.generic)):
+            yield f"{name} {type(value).__name__} {value!r}".encode()
+        elif isinstance(value, np.ndarray):
+            yield f"{name} {value.dtype} {value.shape}".encode() + value.tobytes()
