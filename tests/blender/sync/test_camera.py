@@ -185,5 +185,7 @@ def test_a_ball_out_of_focus_has_eevees_outline(scene):
     full = hybrid.render(scene, mode="FULL", samples=64, **size)
     soft = (mixed.mask > 0.05) & (mixed.mask < 0.95)
     assert soft.mean() > 0.15
-    assert np.abs(full.image - mixed.image)[soft][:, :3].mean() < 0.03
-    assert np.abs(full.image - mixed.image)[..., :3].mean() < 0.02
+    off = np.abs(full.image - mixed.image)[..., :3]
+    print(f"at the outline {off[soft].mean():.4f}, of all {off.mean():.4f}")
+    assert off[soft].mean() < 0.03
+    assert off.mean() < 0.02

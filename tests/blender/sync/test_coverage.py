@@ -27,11 +27,12 @@ ELSEWHERE = {  # followed, and proved by tests of more than one value
     "RenderSettings": "resolution_x resolution_y resolution_percentage"
     " use_border border_min_x border_min_y border_max_x border_max_y hair_subdiv",  # test_strands
     "ViewLayer": "use use_strand",  # test_pipeline, test_strands
-    "World": "node_tree use_nodes",  # test_sync_world, test_coverage_sockets
-    "Material": "node_tree use_nodes displacement_method",  # test_displacement
-    "Object": "type data material_slots light_linking instance_collection",  # test_sync_objects, test_parity
+    "World": "node_tree use_nodes",  # test_world, test_coverage_sockets
+    "Material": "node_tree use_nodes displacement_method pass_index",  # test_displacement, test_object_nodes
+    # test_objects, test_parity, test_object_nodes
+    "Object": "type data material_slots light_linking instance_collection color pass_index",
     "Light": "type temperature_color",
-    "CameraDOFSettings": "focus_subtarget",  # test_sync_camera
+    "CameraDOFSettings": "focus_subtarget",  # test_camera
     "Camera": "type",
     "SceneEEVEE": "motion_blur_steps",  # test_motion_blur
 }

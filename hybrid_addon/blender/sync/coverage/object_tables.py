@@ -7,10 +7,9 @@ import math
 from typing import Any
 
 from .scene_tables import CYCLES, GONE, GREASE_PENCIL, INTERFACE, PASSES, PROBES
-from .status import FOLLOWED, LAST, Named, Table, followed, irrelevant, within
+from .status import LAST, Named, Table, followed, irrelevant, within
 
 PLACE = "Blender works it into the object's matrix or geometry, which is followed"
-OBJECT_INFO = "seen by node Object Info alone, which is named where it is not followed"
 SHADOWS = "how well EEVEE draws shadows"
 ANIMATED = "followed as its values change from frame to frame"
 
@@ -53,8 +52,7 @@ OBJECT: Table = {
         "simulated by Blender, which works it into the geometry",
         "field, collision, soft_body, rigid_body, rigid_body_constraint, use_simulation_cache, particle_systems",
     ),
-    **irrelevant(OBJECT_INFO, "color, pass_index"),
-    **followed("visible_volume_scatter"),
+    **followed("visible_volume_scatter, color, pass_index"),
     **irrelevant(PROBES, "hide_probe_*"),
     **irrelevant(
         CYCLES, "is_shadow_catcher, shadow_terminator_geometry_offset, shadow_terminator_shading_offset, cycles"
@@ -79,12 +77,11 @@ OBJECT: Table = {
 MATERIAL: Table = {
     **followed(
         "node_tree, use_nodes, diffuse_color, roughness, metallic, specular_intensity,"
-        "use_backface_culling, use_backface_culling_shadow"
+        "use_backface_culling, use_backface_culling_shadow, pass_index, displacement_method"
     ),
     "use_transparency_overlap": Named(
         "is off: ray traced, all of its layers show through one another", True, _blends, label="Transparency Overlap"
     ),
-    "displacement_method": FOLLOWED,
     **irrelevant("by which EEVEE knows what may be in sight", "max_vertex_displacement"),
     **within("Subsurface Weight", "use_sss_translucency, use_thickness_from_shadow"),
     **irrelevant(
@@ -98,7 +95,6 @@ MATERIAL: Table = {
     **irrelevant(GONE, "blend_method, alpha_threshold, show_transparent_back"),
     **irrelevant(PROBES, "use_backface_culling_lightprobe_volume, lightprobe_volume_single_sided"),
     **irrelevant("how EEVEE finds the inside of fog; rays find it by their crossings", "volume_intersection_method"),
-    **irrelevant(PASSES, "pass_index"),
     **irrelevant(GREASE_PENCIL, "grease_pencil, is_grease_pencil, line_color, line_priority, lineart"),
     **irrelevant(
         INTERFACE,
