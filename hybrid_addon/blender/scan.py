@@ -73,10 +73,11 @@ def _with_raster(scene: bpy.types.Scene, translation: Translation) -> Scene:
 def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     """Which objects of this scene need rays, why, how much of the picture they cover, and what rays would cost.
 
-    Traces a coarse picture of about 20 000 pixels; renders nothing, changes nothing. Keys: scene, objects (see
-    `report.advice.advice`), build (seconds), basis (how the cost was estimated), warnings. Raises HybridError.
+    Traces a coarse picture of about 20 000 pixels; renders nothing, changes nothing. Keys: scene, objects (those that
+    need rays, or are ray traced: see `report.advice.advice`), others (the same of all others in view), notes (what
+    other settings would bring), build (seconds), basis (how the cost was estimated), warnings. Raises HybridError.
     """
-    from ..report.advice import advice
+    from ..report.advice import advice, is_worth, rough_note
     from ..tracer.integrator.survey import survey
 
     scene = scene or bpy.context.scene
@@ -88,11 +89,15 @@ def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     ray_traced = {ob.name for ob in scene_setup.ray_traced_objects(scene)}
     width, height = full_size(scene)
     threads = settings.threads or os.cpu_count() or 1
+    everything = advice(
+        found, translation.owners, ray_traced, pixels=width * height, samples=settings.samples, threads=threads
+    )
+    note = rough_note(everything)
     return {
         "scene": scene.name,
-        "objects": advice(
-            found, translation.owners, ray_traced, pixels=width * height, samples=settings.samples, threads=threads
-        ),
+        "objects": [entry for entry in everything if is_worth(entry)],
+        "others": [entry for entry in everything if not is_worth(entry)],
+        "notes": [note] if note else [],
         "build": found.build,
         "basis": f"an estimate for {width} x {height} with {settings.samples} samples: rays counted in a coarse picture"
         f", at {threads / found.seconds_per_ray / 1e6:.2g} million a second, measured there",

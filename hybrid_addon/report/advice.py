@@ -25,20 +25,26 @@ REASONS = {
 def advice(
     survey: Survey, owners: Sequence[str], ray_traced: set[str], *, pixels: int, samples: int, threads: int
 ) -> list[dict[str, Any]]:
-    """What is known of each object that the survey found worth rays, or that is ray traced; most of the picture first.
+    """What is known of each object that the survey met or that is ray traced; those that matter most first.
 
     owners  : of each of the survey's objects the one to flag.   ray traced : those that are.
     pixels, samples, threads : of the render whose cost is estimated.
 
     Each: object, coverage (share of the picture), needs (share of its light that EEVEE cannot follow), why (one short
-    sentence each, the most important first), suggested, ray_traced, rays and seconds (an estimate, without building).
+    sentence each, the most important first), suggested, ray_traced, rough (it would be suggested if rays followed rough
+    surfaces), rays and seconds (an estimate, without building).
     """
     names = list(dict.fromkeys(owners))
     number = np.array([names.index(owner) for owner in owners], np.intp)
-    shown = _sum(number, survey.pixels, len(names))
-    needs = _sum(number, survey.pixels * survey.needs, len(names)) / np.maximum(shown, 1)
-    shares = [_sum(number, survey.pixels * share, len(names)) / np.maximum(shown, 1) for share in survey.shares]
-    rays = _sum(number, survey.pixels * survey.rays, len(names)) / survey.all_pixels * pixels * samples
+
+    def of(values: np.ndarray) -> np.ndarray:
+        return np.bincount(number, values, minlength=len(names))
+
+    shown = of(survey.pixels)
+    lit = np.where(shown > 0, shown, 1)
+    needs, if_rough = of(survey.pixels * survey.needs) / lit, of(survey.pixels * survey.if_rough) / lit
+    shares = [of(survey.pixels * share) / lit for share in survey.shares]
+    rays = of(survey.rays) / survey.all_pixels * pixels * samples
     found = [
         {
             "object": name,
@@ -47,17 +53,28 @@ def advice(
             "why": _why({kind: float(share[i]) for kind, share in zip(KINDS, shares, strict=True)}),
             "suggested": bool(needs[i] >= LEAST_SHARE),
             "ray_traced": name in ray_traced,
+            "rough": bool(if_rough[i] >= LEAST_SHARE > needs[i]),
             "rays": round(float(rays[i])),
             "seconds": float(rays[i] * survey.seconds_per_ray / threads),
         }
         for i, name in enumerate(names)
+        if rays[i] > 0 or name in ray_traced
     ]
-    worth = [entry for entry in found if entry["suggested"] or entry["ray_traced"]]
-    return sorted(worth, key=lambda entry: (-entry["coverage"] * entry["needs"], -entry["coverage"], entry["object"]))
+    return sorted(found, key=lambda entry: (-entry["coverage"] * entry["needs"], -entry["coverage"], entry["object"]))
 
 
-def _sum(number: np.ndarray, values: np.ndarray, size: int) -> np.ndarray:
-    return np.bincount(number, values, minlength=size)
+def is_worth(entry: dict[str, Any]) -> bool:
+    """Whether an object belongs on the list: it needs rays, or has them."""
+    return bool(entry["suggested"] or entry["ray_traced"])
+
+
+def rough_note(entries: Sequence[dict[str, Any]]) -> str:
+    """One line on the objects that are not on the list for their roughness alone; "" if there are none."""
+    number = sum(entry["rough"] and not is_worth(entry) for entry in entries)
+    if number == 0:
+        return ""
+    are = "objects are" if number > 1 else "object is"
+    return f"{number} {are} rough: set Rough Samples to 1 or more to see what rays bring"
 
 
 def _why(shares: dict[str, float]) -> list[str]:

@@ -38,5 +38,6 @@ def _lines(advice: dict[str, Any]) -> list[str]:
         f"scene {advice['scene']}: " + (advice["basis"] if lines else "nothing here that EEVEE cannot draw"),
         *lines,
         *([f"all of them: about {total:.2g} s, and {advice['build']:.2g} s to build"] if lines else []),
+        *(f"note: {note}" for note in advice["notes"]),
         *(f"warning: {warning}" for warning in advice["warnings"]),
     ]

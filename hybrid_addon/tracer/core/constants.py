@@ -289,9 +289,6 @@ SAME_PLACE = 0.05
 """A point that a mirror shows counts as on screen if the picture shows a place this near, as a share of its depth: more
 than the coarse pixels' footprint on a slope, less than the distance between things that hide one another."""
 
-SHARP_ROUGHNESS = 0.25
-"""Above it the sharp mirror image that is traced would look wrong enough to leave a surface to the rasteriser."""
-
 SIMPLE_CAUSTIC_FROM = 0.01
 """The simple caustic leaves out what hardly refracts: an IOR above 1 by no more (as in the original system)."""
 

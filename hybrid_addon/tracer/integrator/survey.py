@@ -4,6 +4,9 @@
 EEVEE, at its best settings, traces in the picture that it has drawn and follows one refraction (its manual: Raytracing,
 Limitations). Every ray that the wave loop follows is therefore held against what a screen-space tracer could know; the
 share of an object's light that comes by rays that it could not know is the reason to ray trace that object.
+
+What goes straight through a surface is not its light but that of what lies behind: each camera ray shows as many
+objects as it passes, each by the share of the light that stays with it.
 """
 
 from __future__ import annotations
@@ -17,16 +20,15 @@ from numpy.typing import NDArray
 
 from ...scene import Camera, Expression, Float64, Scene, Settings, Surface
 from ..core.camera import project
-from ..core.constants import SAME_PLACE, SHARP_ROUGHNESS, SURVEY_CUTOFF, SURVEY_PIXELS
-from ..core.rays import Rays
+from ..core.constants import MIRROR_ROUGHNESS, SAME_PLACE, SURVEY_CUTOFF, SURVEY_PIXELS
+from ..core.rays import TRANSMISSIONS, Rays
+from ..core.sampler import Sampler, pixel_keys
 from ..core.stats import Stats
-from ..core.vectors import Index, largest_component, select, take
-from ..film.path_hash import REFLECTED, TRANSMITTED, child_path
+from ..core.vectors import Index, largest_component
 from ..film.samples import SampleBuffer
 from ..geometry.aggregate import Hits
 from ..prepare.compiled import CompiledScene
 from ..prepare.validate import validate
-from ..shading.closures import closure_path
 from ..shading.interaction import Interaction
 from .whitted import trace_rays
 
@@ -38,21 +40,28 @@ KINDS = ("OFF_SCREEN", "UNSEEN", "MIRRORS", "BEHIND", "REFRACTED")
 (blended and refracting materials); by two mirrors; through this body from another one that refracts; by more than one
 refraction, or a reflection within."""
 
+TAG = 4
+"""The row of `Rays.history` after its own: a survey's ray keeps there its number in its wave, and so its children know
+whose they are."""
+
 
 @dataclass(frozen=True, eq=False)
 class Survey:
     """Of each object (instances, then spheres, then planes), o in all.
 
-    pixels : (o,) of the coarse picture that show it, out of `all_pixels`.
+    pixels : (o,) of the coarse picture that show it, out of `all_pixels`, each by the share of its light that is the
+             object's: what lies behind a see-through one has the rest.
     shares : (kinds, o) 0..1, the share of its light of each of KINDS.   needs : (o,) the share of all of them together.
-    rays   : (o,) camera rays and those that follow from them, per pixel that shows it.
+    if_rough : (o,) what `needs` would be if rays followed rough surfaces, too; the same where they do.
+    rays   : (o,) camera rays that meet it and all that follow from them, also straight through it, in all.
     build, seconds_per_ray : what it cost here, on one thread: building, and tracing, shadow rays included.
     """
 
-    pixels: Numbers
+    pixels: Float64
     all_pixels: int
     shares: Float64
     needs: Float64
+    if_rough: Float64
     rays: Float64
     build: float
     seconds_per_ray: float
@@ -66,29 +75,21 @@ def survey(
     blended : names of surfaces that EEVEE draws blended.   check : called now and then; raises to stop.
     Raises ValueError for scenes that cannot be traced.
     """
-    camera = _coarse(scene.camera)
+    camera, follows_rough = _coarse(scene.camera), settings.rough_samples > 0
     settings = replace(
-        settings, camera_sees="ALL", samples=1, transparent=False, cutoff=max(settings.cutoff, SURVEY_CUTOFF)
-    )
+        settings, camera_sees="ALL", samples=1, transparent=False, cutoff=max(settings.cutoff, SURVEY_CUTOFF),
+        rough_samples=max(settings.rough_samples, 1),
+    )  # fmt: skip
     scene = replace(scene, camera=camera)
     validate(scene, settings, None)
     began = time.perf_counter()
     compiled = CompiledScene(scene, settings)
     build = time.perf_counter() - began
     began = time.perf_counter()
-    watch = _Watch(compiled, scene, blended)
+    watch = _Watch(compiled, scene, blended, follows_rough)
     _trace(compiled, watch, check)
     seconds = time.perf_counter() - began
-    lit = np.maximum(watch.pixels, 1)
-    return Survey(
-        pixels=watch.pixels,
-        all_pixels=camera.resolution[0] * camera.resolution[1],
-        shares=watch.shares / lit,
-        needs=watch.needs / lit,
-        rays=watch.rays / lit,
-        build=build,
-        seconds_per_ray=seconds / max(1, watch.followed),
-    )
+    return watch.found(camera.resolution[0] * camera.resolution[1], build, seconds / max(1, watch.followed))
 
 
 def _coarse(camera: Camera) -> Camera:
@@ -100,132 +101,156 @@ def _coarse(camera: Camera) -> Camera:
 
 
 def _trace(scene: CompiledScene, watch: _Watch, check: Callable[[], None]) -> None:
-    width, height = scene.camera.resolution
+    settings, (width, height) = scene.settings, scene.camera.resolution
     n = width * height
-    pixel = np.arange(n)
-    stats = Stats()
+    x, y = np.arange(n) % width, np.arange(n) // width
+    stats, sampler = Stats(), Sampler(pixel_keys(x, y, settings.seed), settings.first, 1)
     with np.errstate(all="ignore"):
-        x, y = (np.asarray(place + 0.5, np.float64) for place in (pixel % width, pixel // width))
-        rays = scene.camera_rays(x, y, stats, signed=True)
-        sample_buffer = SampleBuffer.zeros(n, 1, scene.settings.cutoff, depth=scene.settings.max_depth)
-        trace_rays(scene, [rays], scene.seen_by_camera, sample_buffer, stats, check, watch)
-
-
-@dataclass(eq=False)
-class _Way:
-    """How n rays came about. told : (kinds, n), what was counted on the way already."""
-
-    reflections: NDArray[np.int16]
-    refractions: NDArray[np.int16]
-    told: Bools
-
-    def take(self, index: Index) -> _Way:
-        return _Way(take(self.reflections, index), take(self.refractions, index), take(self.told, index))
+        film_x, film_y = (np.asarray(place + 0.5, np.float64) for place in (x, y))
+        rays = scene.camera_rays(film_x, film_y, stats, signed=True)
+        rays = replace(rays, history=np.zeros((TAG + 1, n), np.float32))
+        rays.history[TAG] = np.arange(n)
+        sample_buffer = SampleBuffer.zeros(
+            n, 1, settings.cutoff, depth=settings.max_depth, first=settings.rough_samples + 1, sampler=sampler
+        )
+        draws = sampler if scene.plan.draws else None
+        trace_rays(scene, [rays], scene.seen_by_camera, sample_buffer, stats, check, watch, draws)
 
 
 def _least_roughness(surface: Surface) -> float:
-    """Of its closures; what varies counts as rough."""
+    """Of its closures and its coat; what varies counts as rough. Only what is layered mirrors or refracts by it."""
     if surface.closures:
         return min(_least_roughness(closure.surface) for closure in surface.closures)
-    return 1.0 if isinstance(surface.roughness, Expression) else surface.roughness
+    if not surface.layered:
+        return 0.0
+    known = [surface.roughness, *([surface.coat_roughness] if surface.coat_shows and surface.coat != 0 else [])]
+    return min(1.0 if isinstance(roughness, Expression) else roughness for roughness in known)
+
+
+@dataclass(eq=False)
+class _Views:
+    """The v places at which camera rays have met surfaces so far: what a pixel shows, front to back.
+
+    owner  : (v,) the object.   weight : (v,) the share of the pixel's light that is its own.
+    behind : (v,) the view in front of it, which the ray has passed straight; -1: none.
+    sharp  : (v,) its surface mirrors or refracts by rays even where rough ones are left to the world's blurred image.
+    told   : (kinds, v) of its light, how much is of each of KINDS, and `needs` (v,) of any.   rays : (v,) from it on.
+    """
+
+    owner: Numbers
+    weight: Float64
+    behind: Numbers
+    sharp: Bools
+    told: Float64
+    needs: Float64
+    rays: Float64
+
+    @classmethod
+    def of(cls, owner: Numbers, weight: Float64, behind: Numbers, sharp: Bools) -> _Views:
+        """New ones, of which nothing is told."""
+        v = len(owner)
+        return cls(owner, weight, behind, sharp, np.zeros((len(KINDS), v)), np.zeros(v), np.ones(v))
+
+    def joined(self, others: _Views) -> _Views:
+        """These and others, in this order."""
+        parts = ([getattr(each, name) for each in (self, others)] for name in self.__dataclass_fields__)
+        return _Views(*(np.concatenate(part, axis=-1) for part in parts))
+
+    def rays_through(self) -> Float64:
+        """(v,) rays from each view on, and from those behind it."""
+        total, source = self.rays.copy(), np.flatnonzero(self.behind >= 0)
+        whose = self.behind[source]
+        while len(source):
+            np.add.at(total, whose, self.rays[source])
+            further = self.behind[whose]
+            source, whose = source[further >= 0], further[further >= 0]
+        return total
 
 
 class _Watch:
-    """Looks at each wave of rays, and counts by the object that their pixel shows."""
+    """Looks at each wave of rays, and counts by the views that they come from.
 
-    def __init__(self, compiled: CompiledScene, scene: Scene, blended: frozenset[str]) -> None:
+    The rays of a wave are the children of the one before, in an order of their own: TAG says whose they are.
+    view : (n,) of each ray the last view on its way from the camera; -1: none yet.
+    told : (kinds, n) bool, what has been counted on its way.
+    """
+
+    def __init__(self, compiled: CompiledScene, scene: Scene, blended: frozenset[str], follows_rough: bool) -> None:
         self.scene, n = compiled, compiled.camera.resolution[0] * compiled.camera.resolution[1]
         surfaces = compiled.surfaces.surfaces
         blends = np.array([s.name in blended for s in surfaces])
         self.refracts = compiled.surfaces.refracts
         self.unseen = self.refracts | (blends & compiled.surfaces.transmits)
-        follows = compiled.settings.rough_samples > 0
-        self.sharp = np.array([follows or _least_roughness(s) <= SHARP_ROUGHNESS for s in surfaces])
-        objects = len(scene.instances) + len(scene.spheres) + len(scene.planes)
-        self.owner, self.place, self.counts = np.full(n, -1), np.full((3, n), np.inf), np.zeros(n, bool)
-        self.pixels, self.rays, self.followed = np.zeros(objects, np.intp), np.zeros(objects), 0
-        self.shares, self.needs = np.zeros((len(KINDS), objects)), np.zeros(objects)
-        self.keys = np.zeros(0, np.uint64)
-        self.ways = _Way(np.zeros(0, np.int16), np.zeros(0, np.int16), np.zeros((len(KINDS), 0), bool))
-        self.straight = np.zeros(0, np.int16)
+        self.sharp = np.array([follows_rough or _least_roughness(s) <= MIRROR_ROUGHNESS for s in surfaces])
+        self.objects = len(scene.instances) + len(scene.spheres) + len(scene.planes)
+        self.place, self.shown, self.followed = np.full((3, n), np.inf), np.zeros(n), 0
+        nothing = np.zeros(0, np.intp)
+        self.views = _Views.of(nothing, np.zeros(0), nothing, np.zeros(0, bool))
+        self.view, self.told = np.full(n, -1), np.zeros((len(KINDS), n), bool)
 
-    def __call__(self, rays: Rays, hits: Hits, chosen: Index, at: Interaction | None, _children: Rays) -> None:
+    def __call__(self, rays: Rays, hits: Hits, chosen: Index, at: Interaction | None, children: Rays) -> None:
         """One wave."""
+        tag = rays.history[TAG].astype(np.intp)
+        view, told = self.view[tag], self.told[:, tag]
         hit = np.arange(len(rays))[chosen] if at is not None else np.zeros(0, np.intp)
-        first = self.followed == 0
-        if first:
-            self._begin(rays, hit, at)
-        way = self._begun(len(rays)) if first else self._continued(rays)
         self.followed += len(rays)
-        owner = self.owner[rays.sample]
-        np.add.at(self.rays, owner[owner >= 0], 1)
-        if not first:
-            self._count(rays, way, self._kinds(way, owner, hit, at))
+        bent = ~rays.camera & (view >= 0)
+        np.add.at(self.views.rays, view[bent], 1)
+        self._count(rays, view, told, self._kinds(rays, view, hit, at) & bent)
         if at is not None:
-            self._expect(rays, way, hit)
+            self._meet(rays, hit, at, view, children)
+        # What the children come from.
+        parent = children.history[TAG].astype(np.intp)
+        self.view[tag], self.told[:, tag] = view, told
+        self.view, self.told = self.view[parent], self.told[:, parent]
+        children.history[TAG] = np.arange(len(children))
 
-    def _begin(self, rays: Rays, hit: Numbers, at: Interaction | None) -> None:
-        """Camera rays: which object each pixel shows, where, and whether it is one to judge: rough ones are not."""
-        if at is None:
-            return
-        sample = rays.sample[hit]
-        self.owner[sample] = self.scene.geometry.object[at.prim]
-        self.place[:, sample] = at.point
-        self.counts[sample] = self.sharp[at.surface]
-        np.add.at(self.pixels, self.owner[sample], 1)
+    def _meet(self, rays: Rays, hit: Numbers, at: Interaction, view: Numbers, children: Rays) -> None:
+        """Camera rays meet surfaces: these are views of their own, by the share of the light that does not go on."""
+        met = np.flatnonzero(rays.camera[hit])
+        ray, tag = hit[met], rays.history[TAG].astype(np.intp)
+        passed = np.zeros(len(self.view))
+        straight = children.camera
+        light = largest_component(children.throughput[:, straight])
+        np.add.at(passed, children.history[TAG, straight].astype(np.intp), light)
+        weight = np.maximum(largest_component(rays.throughput[:, ray]) - passed[tag[ray]], 0.0)
+        known, sharp = len(self.views.owner), self.sharp[at.surface[met]]
+        owner = self.scene.geometry.object[at.prim[met]].astype(np.intp)
+        self.views = self.views.joined(_Views.of(owner, weight, view[ray], sharp))
+        view[ray] = known + np.arange(len(ray))
+        # Where the picture shows most of what it shows there.
+        sample = rays.sample[ray]
+        more = weight > self.shown[sample]
+        self.shown[sample[more]], self.place[:, sample[more]] = weight[more], at.point[:, met[more]]
 
-    def _begun(self, n: int) -> _Way:
-        return _Way(np.zeros(n, np.int16), np.zeros(n, np.int16), np.zeros((len(KINDS), n), bool))
-
-    def _continued(self, rays: Rays) -> _Way:
-        """How these rays came about. One that went straight through something is still what it was."""
-        found = np.searchsorted(self.keys, _key(rays.sample, rays.path[0]))
-        way = self.ways.take(found)
-        straight = rays.straight > self.straight[found]
-        way.refractions[straight] -= 1
-        return way
-
-    def _expect(self, rays: Rays, way: _Way, hit: Numbers) -> None:
-        """Both rays that each hit may send on, in the order of their keys."""
-        parents, way = rays.take(hit), way.take(hit)
-        most = max(1, int(np.max(self.scene.surfaces.closure_count)))
-        paths = [closure_path(parents.path, np.array([part])) for part in range(most)]
-        keys = [_key(parents.sample, child_path(p, kind)[0]) for kind in (REFLECTED, TRANSMITTED) for p in paths]
-        every, half = np.concatenate(keys), len(paths) * len(hit)
-        order = np.argsort(every)
-        self.keys, self.straight = every[order], np.tile(parents.straight, len(keys))[order]
-        one, none = np.ones(half, np.int16), np.zeros(half, np.int16)
-        self.ways = _Way(
-            (np.tile(way.reflections, len(keys)) + np.concatenate([one, none]))[order],
-            (np.tile(way.refractions, len(keys)) + np.concatenate([none, one]))[order],
-            np.tile(way.told, len(keys))[:, order],
-        )
-
-    def _kinds(self, way: _Way, owner: Numbers, hit: Numbers, at: Interaction | None) -> Bools:
-        """(kinds, n) which of KINDS the rays of a wave are of."""
-        kinds = np.zeros((len(KINDS), len(owner)), bool)
-        kinds[4] = way.refractions + np.minimum(way.reflections, way.refractions) >= 2
+    def _kinds(self, rays: Rays, view: Numbers, hit: Numbers, at: Interaction | None) -> Bools:
+        """(kinds, n) which of KINDS the rays of a wave are of. One that went straight on is still what it was."""
+        refractions = rays.history[TRANSMISSIONS].astype(np.intp)
+        reflections = rays.depth - refractions
+        kinds = np.zeros((len(KINDS), len(rays)), bool)
+        kinds[4] = refractions + np.minimum(reflections, refractions) >= 2
         if at is None:
             return kinds
-        mirrored = (way.refractions == 0)[hit]
-        once = mirrored & (way.reflections == 1)[hit]
+        mirrored = (refractions == 0)[hit]
+        once = mirrored & (reflections == 1)[hit]
         unseen = self.unseen[at.surface]
         kinds[0, hit] = once & ~unseen & ~self._on_screen(at.point)
         kinds[1, hit] = once & unseen
-        kinds[2, hit] = mirrored & (way.reflections >= 2)[hit]
-        other = self.scene.geometry.object[at.prim] != owner[hit]
-        kinds[3, hit] = (way.refractions >= 1)[hit] & at.entering & other & self.refracts[at.surface]
+        kinds[2, hit] = mirrored & (reflections >= 2)[hit]
+        owner = np.append(self.views.owner, -1)[view[hit]]
+        other = self.scene.geometry.object[at.prim] != owner
+        kinds[3, hit] = (refractions >= 1)[hit] & at.entering & other & self.refracts[at.surface]
         return kinds
 
-    def _count(self, rays: Rays, way: _Way, kinds: Bools) -> None:
-        """Add the light of rays to their objects' accounts, each kind once on its way."""
-        index = select(self.counts[rays.sample])
-        owner, weight = self.owner[take(rays.sample, index)], largest_component(take(rays.throughput, index))
-        told, new = way.told[:, index], kinds[:, index]
-        np.add.at(self.needs, owner, weight * (new.any(axis=0) & ~told.any(axis=0)))
+    def _count(self, rays: Rays, view: Numbers, told: Bools, kinds: Bools) -> None:
+        """Add the light of rays to the accounts of their views, each kind once on its way."""
+        new = kinds & ~told
+        index = np.flatnonzero(new.any(axis=0))
+        whose, weight = view[index], largest_component(rays.throughput[:, index])
+        np.add.at(self.views.needs, whose, weight * ~told[:, index].any(axis=0))
         for number in range(len(KINDS)):
-            np.add.at(self.shares[number], owner, weight * (new[number] & ~told[number]))
-        way.told |= kinds
+            np.add.at(self.views.told[number], whose, weight * new[number, index])
+        told |= kinds
 
     def _on_screen(self, point: Float64) -> Bools:
         """Whether points (3, n) are what the picture shows where they lie in it."""
@@ -240,7 +265,24 @@ class _Watch:
         scale = depth if camera.projection == "PERSP" else np.full(len(depth), right - left)
         return inside & (distance < SAME_PLACE * scale)
 
+    def found(self, all_pixels: int, build: float, seconds_per_ray: float) -> Survey:
+        """What all waves have told, by objects."""
+        views = self.views
 
-def _key(sample: Numbers, path: NDArray[np.uint32]) -> NDArray[np.uint64]:
-    """A ray's number in the whole picture."""
-    return (sample.astype(np.uint64) << np.uint64(32)) | path
+        def of(values: Float64) -> Float64:
+            return np.bincount(views.owner, values, minlength=self.objects)
+
+        # A tint above 1 brings more light than the surface shows of what is white: a share is a share of what it shows.
+        pixels = of(views.weight)
+        lit = np.where(pixels > 0, pixels, 1)
+        needs, shares = np.minimum(views.needs, views.weight), np.minimum(views.told, views.weight)
+        return Survey(
+            pixels=pixels,
+            all_pixels=all_pixels,
+            shares=np.array([of(share * views.sharp) for share in shares]) / lit,
+            needs=of(needs * views.sharp) / lit,
+            if_rough=of(needs) / lit,
+            rays=of(views.rays_through()),
+            build=build,
+            seconds_per_ray=seconds_per_ray,
+        )

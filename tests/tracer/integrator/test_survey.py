@@ -22,12 +22,13 @@ def found(build):
 
     def look(*parts, of=0, blended=(), **other):
         other.setdefault("camera", build.camera((0, 0, 5), size=(64, 64)))
+        settings = dataclasses.replace(SETTINGS, rough_samples=other.pop("rough_samples", 0))
         other.setdefault("world", World((0.5, 0.5, 0.5)))
         parts = [
             (mesh, surface if surface.roughness == ROUGH else dataclasses.replace(surface, roughness=0.0))
             for mesh, surface in parts
         ]
-        result = survey(build.scene(*parts, **other), SETTINGS, frozenset(blended))
+        result = survey(build.scene(*parts, **other), settings, frozenset(blended))
         shares = {kind: float(result.shares[i, of]) for i, kind in enumerate(KINDS)}
         return {kind: share for kind, share in shares.items() if share > 1e-3}, result
 
@@ -84,9 +85,16 @@ def test_mirrors_miss_glass_and_blended_things_and_other_mirrors(build, found):
     assert "MIRRORS" in found(mirror, (behind, build.mirror(0.9)))[0]
 
 
-def test_rough_mirrors_are_left_to_the_rasteriser(build, found):
-    behind = facing(build, 20, 100.0)
-    assert found((facing(build, 0), build.mirror(roughness=ROUGH)), (behind, build.matte()))[0] == {}
+def test_rough_mirrors_need_rays_where_rays_follow_them(build, found):
+    """Else the survey says what they would need."""
+    brushed = build.mirror(roughness=ROUGH, layered=True)
+    parts = (facing(build, 0), brushed), (facing(build, 20, 100.0), build.matte())
+    shares, result = found(*parts)
+    assert shares == {} and result.needs[0] == 0 and result.if_rough[0] > 0.5
+    followed, result = found(*parts, rough_samples=4)
+    assert followed["OFF_SCREEN"] > 0.5 and result.needs[0] == result.if_rough[0]
+    # The picture's rays: four from each place, and that from the camera.
+    assert result.rays[0] == pytest.approx(5 * result.pixels[0], rel=0.1)
 
 
 def test_coverage_and_rays_are_counted_exactly(build, found):
@@ -94,7 +102,7 @@ def test_coverage_and_rays_are_counted_exactly(build, found):
     shape = facing(build, 0, 5 * 0.5 / 4)
     _, result = found((shape, build.mirror()))
     assert result.pixels[0] == result.all_pixels / 16
-    assert result.rays[0] == 2
+    assert result.rays[0] == 2 * result.pixels[0]
     assert result.seconds_per_ray > 0
 
 
@@ -121,3 +129,24 @@ def test_what_lies_behind_a_veil_is_seen_as_without_it(build, found):
     veil = build.matte(opacity=0.5, ior=1.0)
     back = facing(build, -3, 50), build.matte()
     assert found((facing(build, 1), veil), (facing(build, 0, 3.0), build.glass()), back)[0] == {}
+
+
+@pytest.mark.parametrize("opacity", [0.0, 0.25])
+def test_light_that_goes_straight_through_a_veil_is_that_of_what_lies_behind(build, found, opacity):
+    """A mirror of what the picture does not show, behind a larger veil: it needs rays, the veil does not."""
+    veil = (facing(build, 1, 3.0), build.matte(opacity=opacity, ior=1.0))
+    mirror, behind = (facing(build, 0), build.mirror()), (facing(build, 20, 100.0), build.matte())
+    shares, result = found(mirror, veil, behind)
+    _, without = found(mirror, behind)
+    assert list(shares) == ["OFF_SCREEN"] and shares["OFF_SCREEN"] >= 1 - opacity  # the mirror shows the veil's back
+    assert result.needs[1] == 0 and result.pixels[1] == pytest.approx(opacity * result.all_pixels)
+    assert result.pixels[0] == pytest.approx((1 - opacity) * without.pixels[0])
+    # To ray trace the veil is to ray trace what shows through it.
+    assert result.rays[1] > result.rays[0] >= without.rays[0]
+
+
+def test_shares_are_shares_where_a_tint_brightens(build, found):
+    """Light that a glass multiplies by three, twice: all of it counts, and no more than all."""
+    glass = build.glass(transmission_tint=(3.0, 3.0, 3.0))
+    shares, result = found((build.box(), glass))
+    assert 0.9 < shares["REFRACTED"] <= 1 and 0.9 < result.needs[0] <= 1
