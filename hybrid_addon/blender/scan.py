@@ -79,6 +79,7 @@ def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     """
     from ..report.advice import advice, is_worth, rough_note
     from ..tracer.integrator.survey import survey
+    from ..tracer.sampling.adaptive import looks
 
     scene = scene or bpy.context.scene
     translation = translated(scene)
@@ -89,9 +90,11 @@ def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     ray_traced = {ob.name for ob in scene_setup.ray_traced_objects(scene)}
     width, height = full_size(scene)
     threads = settings.threads or os.cpu_count() or 1
+    passes = 1 + (len(looks(settings.samples)) if settings.adaptive > 0 else 0)
     everything = advice(
-        found, translation.owners, ray_traced, pixels=width * height, samples=settings.samples, threads=threads
-    )
+        found, translation.owners, ray_traced,
+        pixels=width * height, samples=settings.samples, passes=passes, threads=threads,
+    )  # fmt: skip
     note = rough_note(everything)
     return {
         "scene": scene.name,

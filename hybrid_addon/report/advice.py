@@ -23,12 +23,13 @@ REASONS = {
 
 
 def advice(
-    survey: Survey, owners: Sequence[str], ray_traced: set[str], *, pixels: int, samples: int, threads: int
+    survey: Survey, owners: Sequence[str], ray_traced: set[str], *, pixels: int, samples: int, passes: int, threads: int
 ) -> list[dict[str, Any]]:
     """What is known of each object that the survey met or that is ray traced; those that matter most first.
 
     owners  : of each of the survey's objects the one to flag.   ray traced : those that are.
-    pixels, samples, threads : of the render whose cost is estimated.
+    pixels, samples, passes, threads : of the render whose cost is estimated. Each pass over its pixels has as many
+    waves as the survey; what these cost by themselves is shared out among the objects by their rays.
 
     Each: object, coverage (share of the picture), needs (share of its light that EEVEE cannot follow), why (one short
     sentence each, the most important first), suggested, ray_traced, rough (it would be suggested if rays followed rough
@@ -45,6 +46,8 @@ def advice(
     needs, if_rough = of(survey.pixels * survey.needs) / lit, of(survey.pixels * survey.if_rough) / lit
     shares = [of(survey.pixels * share) / lit for share in survey.shares]
     rays = of(survey.rays) / survey.all_pixels * pixels * samples
+    waves = survey.seconds_per_wave * survey.waves * passes
+    each = survey.seconds_per_ray / threads + waves / max(_chosen_rays(names, rays, needs, ray_traced), 1.0)
     found = [
         {
             "object": name,
@@ -55,12 +58,18 @@ def advice(
             "ray_traced": name in ray_traced,
             "rough": bool(if_rough[i] >= LEAST_SHARE > needs[i]),
             "rays": round(float(rays[i])),
-            "seconds": float(rays[i] * survey.seconds_per_ray / threads),
+            "seconds": float(rays[i] * each),
         }
         for i, name in enumerate(names)
         if rays[i] > 0 or name in ray_traced
     ]
     return sorted(found, key=lambda entry: (-entry["coverage"] * entry["needs"], -entry["coverage"], entry["object"]))
+
+
+def _chosen_rays(names: Sequence[str], rays: np.ndarray, needs: np.ndarray, ray_traced: set[str]) -> float:
+    """Of the objects that are or should be ray traced; of all if there are none."""
+    chosen = (needs >= LEAST_SHARE) | np.array([name in ray_traced for name in names], bool)
+    return float(rays[chosen].sum() if chosen.any() else rays.sum())
 
 
 def is_worth(entry: dict[str, Any]) -> bool:

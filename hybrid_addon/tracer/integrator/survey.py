@@ -44,6 +44,9 @@ TAG = 4
 """The row of `Rays.history` after its own: a survey's ray keeps there its number in its wave, and so its children know
 whose they are."""
 
+SHORT_WAVE = 16
+"""Waves of so many times fewer rays than the longest show what a wave costs by itself."""
+
 
 @dataclass(frozen=True, eq=False)
 class Survey:
@@ -54,7 +57,8 @@ class Survey:
     shares : (kinds, o) 0..1, the share of its light of each of KINDS.   needs : (o,) the share of all of them together.
     if_rough : (o,) what `needs` would be if rays followed rough surfaces, too; the same where they do.
     rays   : (o,) camera rays that meet it and all that follow from them, also straight through it, in all.
-    build, seconds_per_ray : what it cost here, on one thread: building, and tracing, shadow rays included.
+    build, seconds_per_ray, seconds_per_wave : what it cost here, on one thread: building, and tracing, shadow rays
+             included: each of `waves` has a cost of its own, however few its rays are.
     """
 
     pixels: Float64
@@ -65,6 +69,8 @@ class Survey:
     rays: Float64
     build: float
     seconds_per_ray: float
+    seconds_per_wave: float
+    waves: int
 
 
 def survey(
@@ -84,12 +90,11 @@ def survey(
     validate(scene, settings, None)
     began = time.perf_counter()
     compiled = CompiledScene(scene, settings)
+    compiled.build_all()
     build = time.perf_counter() - began
-    began = time.perf_counter()
     watch = _Watch(compiled, scene, blended, follows_rough)
     _trace(compiled, watch, check)
-    seconds = time.perf_counter() - began
-    return watch.found(camera.resolution[0] * camera.resolution[1], build, seconds / max(1, watch.followed))
+    return watch.found(camera.resolution[0] * camera.resolution[1], build)
 
 
 def _coarse(camera: Camera) -> Camera:
@@ -183,7 +188,8 @@ class _Watch:
         self.unseen = self.refracts | (blends & compiled.surfaces.transmits)
         self.sharp = np.array([follows_rough or _least_roughness(s) <= MIRROR_ROUGHNESS for s in surfaces])
         self.objects = len(scene.instances) + len(scene.spheres) + len(scene.planes)
-        self.place, self.shown, self.followed = np.full((3, n), np.inf), np.zeros(n), 0
+        self.place, self.shown = np.full((3, n), np.inf), np.zeros(n)
+        self.ended, self.lengths, self.seconds = time.perf_counter(), list[int](), list[float]()
         nothing = np.zeros(0, np.intp)
         self.views = _Views.of(nothing, np.zeros(0), nothing, np.zeros(0, bool))
         self.view, self.told = np.full(n, -1), np.zeros((len(KINDS), n), bool)
@@ -193,7 +199,6 @@ class _Watch:
         tag = rays.history[TAG].astype(np.intp)
         view, told = self.view[tag], self.told[:, tag]
         hit = np.arange(len(rays))[chosen] if at is not None else np.zeros(0, np.intp)
-        self.followed += len(rays)
         bent = ~rays.camera & (view >= 0)
         np.add.at(self.views.rays, view[bent], 1)
         self._count(rays, view, told, self._kinds(rays, view, hit, at) & bent)
@@ -204,6 +209,10 @@ class _Watch:
         self.view[tag], self.told[:, tag] = view, told
         self.view, self.told = self.view[parent], self.told[:, parent]
         children.history[TAG] = np.arange(len(children))
+        # What the wave took.
+        self.lengths.append(len(rays))
+        self.seconds.append(time.perf_counter() - self.ended)
+        self.ended = time.perf_counter()
 
     def _meet(self, rays: Rays, hit: Numbers, at: Interaction, view: Numbers, children: Rays) -> None:
         """Camera rays meet surfaces: these are views of their own, by the share of the light that does not go on."""
@@ -265,7 +274,14 @@ class _Watch:
         scale = depth if camera.projection == "PERSP" else np.full(len(depth), right - left)
         return inside & (distance < SAME_PLACE * scale)
 
-    def found(self, all_pixels: int, build: float, seconds_per_ray: float) -> Survey:
+    def costs(self) -> tuple[float, float]:
+        """Seconds for each ray, and for each wave: what those take that have few rays."""
+        lengths, seconds = np.array(self.lengths), np.array(self.seconds)
+        short = seconds[lengths <= lengths.max() / SHORT_WAVE]
+        wave = min(float(np.median(short)) if len(short) else 0.0, float(seconds.mean()) / 2)
+        return float(seconds.sum() - wave * len(seconds)) / max(int(lengths.sum()), 1), wave
+
+    def found(self, all_pixels: int, build: float) -> Survey:
         """What all waves have told, by objects."""
         views = self.views
 
@@ -275,6 +291,7 @@ class _Watch:
         # A tint above 1 brings more light than the surface shows of what is white: a share is a share of what it shows.
         pixels = of(views.weight)
         lit = np.where(pixels > 0, pixels, 1)
+        seconds_per_ray, seconds_per_wave = self.costs()
         needs, shares = np.minimum(views.needs, views.weight), np.minimum(views.told, views.weight)
         return Survey(
             pixels=pixels,
@@ -285,4 +302,6 @@ class _Watch:
             rays=of(views.rays_through()),
             build=build,
             seconds_per_ray=seconds_per_ray,
+            seconds_per_wave=seconds_per_wave,
+            waves=len(self.lengths),
         )
