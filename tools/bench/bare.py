@@ -44,6 +44,11 @@ def _send(call: Call) -> None:
         scene.run(origin, direction, dists=t_max.copy(), query="OCCLUDED")  # embreex overwrites it
 
 
+def _embreex(tree: Any) -> Any:
+    """embreex' own scene of the same triangles: the measure, whatever asked Embree."""
+    return getattr(tree, "embreex", tree)._scene
+
+
 def _kept_apart(a: np.ndarray) -> np.ndarray:
     """A contiguous float32 copy in memory that forks do not inherit: gigabytes would slow them down."""
     if not hasattr(mmap, "MADV_DONTFORK"):
@@ -65,7 +70,8 @@ def recorded() -> Iterator[Recording]:
         if scene.size and origin.shape[1]:
             rays = [_kept_apart(a.T) for a in (origin, direction)]
             with lock:
-                found.calls.append((scene._scene, rays[0], rays[1], None if t_max is None else _kept_apart(t_max)))
+                bare = _embreex(scene._tree)
+                found.calls.append((bare, rays[0], rays[1], None if t_max is None else _kept_apart(t_max)))
 
     def noted_intersect(self: Any, origin: Any, direction: Any) -> Any:
         note(self, origin, direction)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""embreex's sharp edges, shown on the raw library: if one is gone, `accel` may be simplified.
+"""embreex's sharp edges, shown on the raw library: if one is gone, `embreex_scene` may be simplified.
 
 Those that can crash the process or hang it run in one of their own.
 """

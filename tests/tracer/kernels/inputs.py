@@ -8,9 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
+
+from hybrid_addon.tracer.geometry.embree import OwnScene
 
 STIFF = (0.0, -0.0, 1.0, -1.0, 0.5, np.inf, -np.inf, np.nan, 1e-45, -1e-40, 1e-38, 1e38, -1e38, 3e-4, 1 - 2.0**-24)
 """Zeros of both signs, infinities, NaN, denormals, numbers whose squares are too large or too small, an ulp below 1."""
@@ -75,3 +78,36 @@ def _(s: Source) -> tuple[Any, ...]:
 
 
 MEANINGLESS["tracer.geometry.aggregate.refine"] = lambda facets, prim, origin, direction: prim < 0
+
+
+@cache
+def embree_scene() -> OwnScene:
+    """Slivers and grains of very different sizes, on and off a ball."""
+    rng = np.random.default_rng(3)
+    middle = rng.normal(size=(400, 1, 3)) * np.exp(rng.normal(size=(400, 1, 1)))
+    corners = middle + rng.normal(size=(400, 3, 3)) * np.exp(2 * rng.normal(size=(400, 3, 1)) - 1)
+    return OwnScene(corners.reshape(-1, 3).astype(np.float32), np.arange(1200, dtype=np.int32).reshape(-1, 3))
+
+
+def _rays(s: Source) -> tuple[np.ndarray, np.ndarray]:
+    """Of which some meet a corner, some start in a plane; Embree is not sent what is no number."""
+    vertices, _ = embree_scene()._triangles
+    origin, direction = Source(s.rng, s.n).numbers(3), s.units()
+    ends = vertices[s.whole(0, len(vertices))].T
+    origin = np.where(s.bools(s.stiff / 3), ends, origin)
+    to = ends - origin
+    length = np.sqrt((to * to).sum(0))
+    meets = s.bools(s.stiff) & (length > 0)
+    return origin, np.where(meets, to / np.where(meets, length, 1), direction).astype(np.float32)
+
+
+@arguments_of("tracer.geometry.embree.nearest_of")
+def _(s: Source) -> tuple[Any, ...]:
+    return embree_scene().address, *_rays(s), np.zeros((3, s.n), np.int32)
+
+
+@arguments_of("tracer.geometry.embree.occluded_of")
+def _(s: Source) -> tuple[Any, ...]:
+    t_max = s.numbers(low=0, high=9)
+    t_max[~(t_max > 0)] = np.inf
+    return embree_scene().address, *_rays(s), t_max, np.zeros(s.n, bool)

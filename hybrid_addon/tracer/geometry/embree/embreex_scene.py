@@ -1,22 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The only file that talks to Embree: nearest and any hit with one triangle soup.
+"""embreex' own scenes: what answers while there are no kernels. Its loop calls Embree for one ray after the other.
 
 embreex (4.4) has sharp edges, and all of them end here:
 
-* it does not check triangle indices, and loses vertices that are not finite: `TriangleScene` gets checked ones only;
+* it does not check triangle indices, and loses vertices that are not finite: it gets checked ones only;
 * it overwrites the array of distances: a copy goes in;
 * OCCLUDED answers 0 for a hit and -1 for none, INTERSECT the primitive or -1;
 * it reads vertices and indices one by one as Python objects: an array of such is read in a third of the time;
 * a mesh added after the first query is ignored unless `is_committed` is reset: all geometry is one mesh, built at once;
 * a scene that Python's search for cycles frees loses its device before it ends, and ends in freed memory, which kills
   Blender some time later: `finalize` holds on to it, and so no search for cycles ever finds it;
-* a NaN, infinite or zero ray visits the whole tree (600 times slower): such rays are masked out and counted.
+* it tells of a hit which triangle it is, not of which instance.
 """
 
 from __future__ import annotations
 
-import copy
-from importlib.metadata import PackageNotFoundError, version
 from weakref import finalize
 
 import numpy as np
@@ -24,37 +22,19 @@ from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh as EmbreeMesh
 from numpy.typing import NDArray
 
-from ...scene import Float32, Int32
-from ..core.constants import MISS
-from ..core.vectors import Array
+from ....scene import Float32, Int32
+from ...core.vectors import Array
 
 READ_AS_OBJECTS = 1 << 21
 """Triangles up to which they are handed over as Python objects, in a fifth of the time: a passing 300 MB then."""
 
 
-def embree_version() -> str:
-    """Version of embreex, whose first three numbers are those of the Embree inside."""
-    try:
-        return version("embreex")
-    except PackageNotFoundError:
-        return "unknown"
+class EmbreexScene:
+    """A tree over triangles (nt, 3) int32 of finite vertices (nv, 3) float32."""
 
-
-class TriangleScene:
-    """An Embree scene over some of the world's triangles.
-
-    vertices  : (nv, 3) float32, finite.
-    triangles : (nt, 3) int32, indices into vertices, already validated.
-    ids       : (nt,) int32, the world's primitive id of each triangle, or None: its own number.
-    """
-
-    def __init__(self, vertices: Float32, triangles: Int32, ids: Int32 | None = None) -> None:
-        self.size = len(triangles)
-        self._vertices, self._triangles, self._ids = vertices, triangles, ids
-        if self.size == 0:
-            return
+    def __init__(self, vertices: Float32, triangles: Int32) -> None:
         self._scene = rtcore_scene.EmbreeScene(robust=True)
-        if self.size <= READ_AS_OBJECTS:
+        if len(triangles) <= READ_AS_OBJECTS:
             numbers = np.arange(len(vertices)).astype(object)  # one object for each vertex, not for each corner
             mesh = EmbreeMesh(self._scene, vertices.astype(object), numbers.take(triangles))
         else:
@@ -67,33 +47,13 @@ class TriangleScene:
         """Build the tree now: embreex builds it in the first query, which must not come from two threads at once."""
         self._scene.run(np.zeros((1, 3), np.float32), np.array([[0, 0, 1]], np.float32), query="OCCLUDED")
 
-    def called(self, ids: Int32 | None) -> TriangleScene:
-        """The same tree with other primitive ids."""
-        other = copy.copy(self)
-        other._ids = ids
-        return other
-
-    def intersect(self, origin: Float32, direction: Float32) -> Int32:
-        """Primitive id of the nearest hit of each ray, MISS for none.
-
-        origin, direction : (3, n) float32, finite, direction not 0.
-        """
-        n = origin.shape[1]
-        if self.size == 0 or n == 0:
-            return np.full(n, MISS, np.int32)
+    def nearest(self, origin: Float32, direction: Float32) -> Int32:
+        """The triangle (n,) that each ray (3, n) meets first, -1 for none."""
         found: Int32 = self._scene.run(rows(origin), rows(direction), query="INTERSECT")
-        if self._ids is None:
-            return found
-        missed = found < 0
-        found = self._ids.take(found, mode="wrap")
-        found[missed] = MISS
         return found
 
     def occluded(self, origin: Float32, direction: Float32, t_max: Float32) -> NDArray[np.bool_]:
-        """Whether anything lies on each ray up to t_max (n,)."""
-        n = origin.shape[1]
-        if self.size == 0 or n == 0:
-            return np.zeros(n, bool)
+        """Whether (n,) anything lies on each ray up to t_max (n,)."""
         answer = self._scene.run(rows(origin), rows(direction), dists=t_max.copy(), query="OCCLUDED")
         return np.asarray(answer == 0)
 

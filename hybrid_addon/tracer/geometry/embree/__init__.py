@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The only room that talks to Embree: nearest and any hit with one triangle soup, or with instances of such.
+
+Without kernels (see `tracer/kernels`) embreex' own scenes answer, with the same bits. A NaN, infinite or zero ray
+visits the whole tree (600 times slower): such rays are masked out and counted before they come here.
+"""
+
+from __future__ import annotations
+
+import copy
+import threading
+from functools import cached_property
+from importlib.metadata import PackageNotFoundError, version
+from weakref import WeakValueDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....accelerated import ALL, accelerated
+from ....scene import Float32, Int32
+from ...core.constants import MISS
+from .embreex_scene import EmbreexScene
+from .library import Triangles
+
+
+def embree_version() -> str:
+    """Version of embreex, whose first three numbers are those of the Embree inside."""
+    try:
+        return version("embreex")
+    except PackageNotFoundError:
+        return "unknown"
+
+
+_own: WeakValueDictionary[int, OwnScene] = WeakValueDictionary()
+
+
+@accelerated
+def nearest_of(scene: int | np.uint64, origin: Float32, direction: Float32, found: Int32) -> None:
+    """Write into found (3, n) the triangle that each ray (3, n) meets first, its group of instances and its number in
+    the group; -1 for none. scene: the address of one of our own."""
+    found[0] = _own[int(scene)].embreex.nearest(origin, direction)
+    found[1:] = MISS
+
+
+@accelerated
+def occluded_of(
+    scene: int | np.uint64, origin: Float32, direction: Float32, t_max: Float32, blocked: NDArray[np.bool_]
+) -> None:
+    """Write whether (n,) anything lies on each ray (3, n) up to t_max (n,)."""
+    blocked[:] = _own[int(scene)].embreex.occluded(origin, direction, t_max)
+
+
+QUERIES = {f"tracer.geometry.embree.{query.__name__}" for query in (nearest_of, occluded_of)}
+"""The kernels that call our own scenes."""
+
+
+def has_kernels() -> bool:
+    """Whether they are there."""
+    return all(ALL[name].kernel is not None for name in QUERIES)
+
+
+class OwnScene:
+    """A tree over triangles (nt, 3) int32 of finite vertices (nv, 3) float32: our own scene, asked by kernels.
+
+    Should these fail, embreex' scene of the same triangles answers.
+    """
+
+    def __init__(self, vertices: Float32, triangles: Int32) -> None:
+        self._triangles, self._lock = (vertices, triangles), threading.Lock()
+        self.scene = Triangles(vertices, triangles)
+        self.address = np.uint64(self.scene.address)
+        _own[self.scene.address] = self
+
+    @cached_property
+    def embreex(self) -> EmbreexScene:
+        """embreex' scene, built when first asked for."""
+        with self._lock:
+            return EmbreexScene(*self._triangles)
+
+    def nearest(self, origin: Float32, direction: Float32) -> Int32:
+        """The triangle (n,) that each ray (3, n) meets first, -1 for none."""
+        found = np.empty((3, origin.shape[1]), np.int32)
+        nearest_of(self.address, origin, direction, found)
+        triangle: Int32 = found[0]
+        return triangle
+
+    def occluded(self, origin: Float32, direction: Float32, t_max: Float32) -> NDArray[np.bool_]:
+        """Whether (n,) anything lies on each ray up to t_max (n,)."""
+        blocked = np.empty(origin.shape[1], bool)
+        occluded_of(self.address, origin, direction, t_max, blocked)
+        return blocked
+
+
+class TriangleScene:
+    """An Embree scene over some of the world's triangles.
+
+    vertices  : (nv, 3) float32, finite.
+    triangles : (nt, 3) int32, indices into vertices, already validated.
+    ids       : (nt,) int32, the world's primitive id of each triangle, or None: its own number.
+    """
+
+    def __init__(self, vertices: Float32, triangles: Int32, ids: Int32 | None = None) -> None:
+        self.size = len(triangles)
+        self.vertices, self.triangles, self._ids = vertices, triangles, ids
+        if self.size:
+            self._tree = OwnScene(vertices, triangles) if has_kernels() else EmbreexScene(vertices, triangles)
+
+    def called(self, ids: Int32 | None) -> TriangleScene:
+        """The same tree with other primitive ids."""
+        other = copy.copy(self)
+        other._ids = ids
+        return other
+
+    def intersect(self, origin: Float32, direction: Float32) -> Int32:
+        """Primitive id of the nearest hit of each ray, MISS for none.
+
+        origin, direction : (3, n) float32, finite, direction not 0.
+        """
+        n = origin.shape[1]
+        if self.size == 0 or n == 0:
+            return np.full(n, MISS, np.int32)
+        found = self._tree.nearest(origin, direction)
+        if self._ids is None:
+            return found
+        missed = found < 0
+        found = self._ids.take(found, mode="wrap")
+        found[missed] = MISS
+        return found
+
+    def occluded(self, origin: Float32, direction: Float32, t_max: Float32) -> NDArray[np.bool_]:
+        """Whether anything lies on each ray up to t_max (n,)."""
+        n = origin.shape[1]
+        if self.size == 0 or n == 0:
+            return np.zeros(n, bool)
+        return self._tree.occluded(origin, direction, t_max)
