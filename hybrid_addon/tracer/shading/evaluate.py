@@ -140,7 +140,11 @@ def _brushed(at: Interaction, tangent: Float32) -> Interaction:
     wo, _ = above(at.wo[:, index], n, at.cos_o[index])
     share = np.ones(tangent.shape, np.float32)
     share[:, index] = brushed_share(wo, n, at.value("lobe_roughness", index), brushed)
-    factors = {**at.values.factors, "mirror": share, "lobe_blurred": share}
+    # The coat, which is round, has its part of what rays follow.
+    mirror, coat = at.value("mirror"), at.value("coat") - at.value("coat_blurred")
+    coated = np.where(mirror > 0, coat / np.where(mirror > 0, mirror, np.float32(1)), np.float32(0))
+    followed = share + (1 - share) * np.minimum(coated, np.float32(1))
+    factors = {**at.values.factors, "mirror": followed, "lobe_blurred": share}
     return replace(at, values=replace(at.values, factors=factors))
 
 

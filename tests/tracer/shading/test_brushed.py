@@ -92,3 +92,23 @@ def test_a_highlight_is_longer_along_the_tangent(build):
 def test_a_stretch_of_1_is_as_bright_as_no_tangent(build):
     tangent = Expression("add", (Expression("multiply", (Expression("attribute", (), "normal"), 0.0)), (1.0, 0, 0)))
     assert seen(build, stretch=1.0, tangent=tangent).sum() == pytest.approx(seen(build).sum(), rel=0.1)
+
+
+def test_a_coat_on_grooves_reflects_what_it_does_on_round_facets(build):
+    tangent = Expression("add", (Expression("multiply", (Expression("attribute", (), "normal"), 0.0)), (1.0, 0, 0)))
+    floor = build.quad([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)])
+    cam = build.camera(eye=(0, -6, 3), up=(0, 0, 1), size=(4, 4), half=0.1)
+
+    def seen(stretch, **fields):
+        surface = Surface(layered=True, reflectivity=1.0, roughness=0.6, stretch=stretch, tangent=tangent, **fields)
+        scene = build.scene((floor, surface), camera=cam, world=World((1, 1, 1)))
+        return trace(scene, Settings(samples=16, filter_radius=0.0, camera_sees="ALL")).radiance.mean()
+
+    coat = {"coat": 1.0, "coat_roughness": 0.0, "coat_ior": 2.0}
+    black = {"reflection_tint": (0.0, 0.0, 0.0), **coat}
+    assert seen(3.16, **black) == pytest.approx(seen(1.0, **black), rel=1e-5)
+    # Of a metal below the coat grooves keep their share of what the coat leaves, and no more is lost.
+    lost, coated = 1 - seen(3.16) / seen(1.0), seen(1.0, **coat)
+    assert lost > 0.01
+    below = 1 - seen(1.0, **black)
+    assert coated - seen(3.16, **coat) == pytest.approx(lost * below, rel=0.1)
