@@ -142,8 +142,7 @@ def _is_attribute(e: Expression, kind: str) -> bool:
 
 def expressions_of(surface: Surface) -> list[Expression]:
     """All that its fields, and the weights and fields of its closures, are made of."""
-    parts = [surface, *(closure.surface for closure in surface.closures)]
-    values = [getattr(part, field.name) for part in parts for field in fields(part)]
+    values = [getattr(part, field.name) for part in surface.parts for field in fields(part)]
     return list(walk(*values, *(closure.weight for closure in surface.closures)))
 
 

@@ -34,7 +34,7 @@ BLACKBODY = np.array(
     6.72650283e-13 -2.73078809e-08 4.24098264e-04 -7.52335691e-01
     """.split(),
     np.float64,
-).reshape(-1, 10)  # fmt: skip
+).reshape(-1, 10)
 """Fits of Planck's law at luminance 1: red and green are a / T + b T + c, blue is a cubic in T. From Cycles
 (util/math: svm_math_blackbody_color), as EEVEE's own."""
 
@@ -87,7 +87,11 @@ def blackbody(temperature: Array, matrix: Array) -> Array:
 
 def wavelength(nanometres: Array, matrix: Array) -> Array:
     """(3, n) of light of one wavelength, (1, n); what no screen shows is cut at 0."""
-    x = (nanometres[0].astype(np.float64) - FIRST) / STEP
-    steps = np.arange(len(OBSERVER))
-    xyz = np.stack([np.interp(x, steps, row, left=0.0, right=0.0) for row in OBSERVER.T])
+    xyz = observer(nanometres[0].astype(np.float64))
     return np.asarray(np.maximum(matrix @ XYZ_TO_REC709 @ xyz / BRIGHTEST, 0), nanometres.dtype)
+
+
+def observer(nanometres: Array) -> Array:
+    """(3, n): the CIE 1931 standard observer's x, y, z at wavelengths (n,); 0 of what nobody sees."""
+    x, steps = (nanometres - FIRST) / STEP, np.arange(len(OBSERVER))
+    return np.stack([np.interp(x, steps, row, left=0.0, right=0.0) for row in OBSERVER.T])

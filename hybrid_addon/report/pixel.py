@@ -32,6 +32,8 @@ def _line(scene: Scene, node: Node) -> str:
         return f"{what}: not followed"
     if node.lamps:
         what += ", past " + ", ".join(f"light '{name}'" for name in node.lamps)
+    if node.fog != 1.0:
+        what += f", through fog that leaves {node.fog * 100:.3g} %"
     if node.object < 0:
         return f"{what}: the world, {_color(node.adds)}"
     side = "from inside" if node.inside else "from outside"

@@ -15,7 +15,7 @@ Conventions, stated here once and valid in every pure module of the package:
   the tracer has recentred it.
 * **Directions** `wi`, `wo` point away from the surface; `eta` is transmitted over incident IOR.
 
-    camera.py surfaces.py texels.py geometry.py lights.py film.py    the dataclasses, all of them importable from here
+    camera.py surfaces.py texels.py media.py fog.py geometry.py lights.py film.py    the dataclasses, all here, too
 """
 
 from __future__ import annotations

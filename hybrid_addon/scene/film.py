@@ -59,7 +59,8 @@ class Settings:
     photons       : how many.
     passes        : passes that are wanted: "depth", "normal", "samples"; "reflection" and "refraction", the light that
                     came by way of such a ray from the first surface; "raster_backed", the share of the light's way that
-                    ended at raster-backed hits.
+                    ended at raster-backed hits; "background" and "passed", the light of what is not ray traced and seen
+                    straight through what is, and the throughput that it comes by.
     """
 
     samples: int = 16

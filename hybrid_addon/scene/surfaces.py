@@ -13,6 +13,9 @@ from .media import Medium
 from .numbers import BLACK, RGB, WHITE, Float32, Float64
 from .texels import Texels, texels_of
 
+MIN_IOR = 1e-5
+"""Blender's own least, of solids and of films."""
+
 
 @dataclass(frozen=True, eq=False)
 class Texture:
@@ -153,6 +156,11 @@ class Surface:
     approximate: bool = False
     closures: tuple[Closure, ...] = ()
     fog: Medium | None = None
+
+    @property
+    def parts(self) -> tuple[Surface, ...]:
+        """Itself, then those of its closures."""
+        return (self, *(closure.surface for closure in self.closures))
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from .core.constants import FILL_SAMPLES
 from .core.stats import Stats
 from .film import ended_rays
 from .film.picture import ResolvedImage
-from .film.samples import wanted_aovs
+from .film.samples import SEEN_THROUGH, wanted_aovs
 from .kernels import loading
 from .parallel.pool import zeros_for
 from .prepare.compiled import CompiledScene
@@ -69,8 +69,8 @@ def trace(
     """Trace a scene over its camera's window.
 
     mask     : (height, width); only pixels where it is not 0 are traced, and each of these gets a colour if any ray
-               traced object is in sight of it or of a neighbour. None: all pixels. With the pass "background" also
-               those that may show a ray traced surface that one sees straight through.
+               traced object is in sight of it or of a neighbour. None: all pixels. With the passes "background" and
+               "passed" also those that may show a ray traced surface that one sees straight through.
     progress : called on this thread with the fraction done, about every 0.1 s; returning False cancels.
     deadline : on time.perf_counter's clock; what is not traced by then is given up: `schedule`, and `skipped` says so.
     cache    : of earlier frames; what has not changed since the last one is not prepared again.
@@ -99,7 +99,7 @@ def _arrays(film: Film) -> list[Float32]:
 
 def _compiled(scene: Scene, settings: Settings, mask: Float32 | None, cache: SceneCache | None) -> CompiledScene:
     """The scene prepared; nothing of it for an empty mask, unless what is out of sight may cast shadows."""
-    if mask is None or np.any(mask) or settings.raster_shadows or "background" in settings.passes:
+    if mask is None or np.any(mask) or settings.raster_shadows or SEEN_THROUGH & settings.passes:
         return CompiledScene(scene, settings, cache, None if mask is None else int(np.count_nonzero(mask)))
     compiled = CompiledScene(Scene(scene.camera), settings, pixels=0)
     nothing = ({"what": "tracing", "why": "the mask is empty", "count": 1},)
@@ -137,7 +137,7 @@ def _render(
     ended_rays.forget(stats)
 
     # EEVEE holds out what is seen straight through as far as it is opaque: elsewhere the mask tells of none.
-    if mask is not None and "background" in settings.passes:
+    if mask is not None and SEEN_THROUGH & settings.passes:
         mask = np.where(seen_through(scene, stats) & (mask == 0), np.float32(1), mask)
 
     # The picture, strip by strip.

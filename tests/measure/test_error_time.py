@@ -44,10 +44,11 @@ def test_what_is_brighter_than_white_shows_as_white():
     target[0] = 1000
     picture = target.copy()
     picture[0] = 900
-    assert metrics.error(picture, target, REGION)["rmse"] > 10
-    assert metrics.error(picture, target, REGION)["rmse_shown"] == 0
+    regions = {"all": REGION}
+    assert metrics.errors(picture, target, regions)["all"]["rmse"] > 10
+    assert metrics.errors(picture, target, regions)["all"]["rmse_shown"] == 0
     picture[0] = 0.7
-    assert metrics.error(picture, target, REGION)["rmse_shown"] == pytest.approx(0.3 * math.sqrt(0.1))
+    assert metrics.errors(picture, target, regions)["all"]["rmse_shown"] == pytest.approx(0.3 * math.sqrt(0.1))
 
 
 def test_only_the_region_counts_and_what_is_not_finite_is_counted():
@@ -61,6 +62,16 @@ def test_only_the_region_counts_and_what_is_not_finite_is_counted():
     assert (e["nonfinite"], e["max"], e["pixels"]) == (2, 2.0, 100)
     assert metrics.error(picture, target, ~REGION)["rmse"] is None
     assert math.isnan(metrics.rmse(picture, target, ~REGION))
+
+
+def test_what_is_not_a_number_is_as_wrong_as_can_be():
+    target = np.full((10, 20, 3), 0.25)
+    picture = target.copy()
+    picture[0, 0] = np.nan
+    found = metrics.errors(picture, target, {"all": REGION}, (target, target))["all"]
+    assert found["rmse_shown"] == pytest.approx(math.sqrt(1 / 200))
+    assert found["rmse"] == 0 and found["nonfinite"] == 3
+    assert metrics.deciding(picture, target, REGION) == pytest.approx(1)
 
 
 def test_flip_sees_a_wrong_pixel_and_one_that_is_not_finite():

@@ -10,9 +10,12 @@ from typing import Any
 
 import bpy
 
-from ...scene import Scene, Settings
+from ...scene import Fog, Scene, Settings
 from ...settings_table import RENDER
 from ..pipeline import scene_setup
+
+NAMED = 3
+"""Bodies of fog that a warning names."""
 
 
 def tracer_settings(scene: bpy.types.Scene) -> Settings:
@@ -65,11 +68,27 @@ def with_background(
     (`compositor.see_through`); and what is to be warned of. is_hybrid: there is a half of EEVEE's."""
     from ...tracer.materials.surfaces import shows_background
 
+    warnings = open_fog(traced.fog)
     if not (is_hybrid and shows_background(traced)):
-        return settings, []
+        return settings, warnings
     if scene.render.film_transparent:
         return settings, [
+            *warnings,
             "the film is transparent: see-through ray traced surfaces are as opaque as EEVEE draws them, and light "
-            "that is added to them is lost where EEVEE draws nothing"
+            "that is added to them is lost where EEVEE draws nothing",
         ]
-    return replace(settings, passes=settings.passes | {"background", "passed"}), []
+    if any(not medium.is_nothing for medium in traced.fog.media):
+        warnings.append("fog lies about see-through ray traced surfaces: what is behind them is too bright or too dark")
+    return replace(settings, passes=settings.passes | {"background", "passed"}), warnings
+
+
+def open_fog(fog: Fog) -> list[str]:
+    """A warning of the bodies of fog that hold none: names of NAMED of them, and how many more."""
+    from ...tracer.media.fog import sorted_out
+
+    _, names = sorted_out(fog)
+    if not names:
+        return []
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    told = ", ".join(map(repr, names[:NAMED])) + more
+    return [f"fog of {told} is not traced: the mesh is open or flat, and only a closed one has an inside"]

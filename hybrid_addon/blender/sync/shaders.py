@@ -18,6 +18,7 @@ import numpy as np
 
 from ... import expressions as ex
 from ...scene import BLACK, WHITE, Expression, Surface
+from ...scene.surfaces import MIN_IOR
 from . import lobes
 from . import object_nodes as _objects  # noqa: F401  (these three add their nodes to the table of `values`)
 from . import texture_nodes as _textures  # noqa: F401
@@ -32,7 +33,6 @@ from .values import color, emitted, number, once, value_of, vector
 Share = Any  # a float or an expression
 
 MAX_DEPTH = 32  # of Mix and Add Shaders below one another
-MIN_IOR = 1e-5  # Blender's own clamp
 
 
 def surface_from(socket: Socket, reader: NodeReader, depth: int = 0) -> Surface:

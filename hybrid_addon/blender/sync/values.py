@@ -14,6 +14,7 @@ import numpy as np
 
 from ... import expressions as ex
 from ...scene import Expression, Texture, Value
+from ...scene.surfaces import MIN_IOR
 from .coverage import name_sockets
 from .image import MISSING_COLOR
 from .nodes import Node, Socket
@@ -259,7 +260,7 @@ def _cosine(node: Node, reader: NodeReader) -> Value:
 
 
 def _fresnel(node: Node, output: str, reader: NodeReader) -> Value:
-    ior = ex.apply("maximum", number(reader, node, "IOR"), 1e-5)
+    ior = ex.apply("maximum", number(reader, node, "IOR"), MIN_IOR)
     return ex.apply("fresnel", _cosine(node, reader), _from_either_side(ior))
 
 

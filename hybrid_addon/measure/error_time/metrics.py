@@ -36,13 +36,12 @@ RELATIVE_FLOOR = 0.01
 def error(picture: Picture, reference: Picture, region: Bools) -> dict[str, float | int | None]:
     """Errors of a picture (h, w, 3) over the pixels of a region (h, w); each channel counts as a value.
 
-    rmse_shown: of what is shown, both clipped to 0..1. rmse, mae, bias (mean signed), p999 (99.9th percentile of the
-    absolute error), max: in the unit of the picture. relmse_tev: mean of d^2 / (reference^2 + 0.01), dimensionless. All
-    None for an empty region. Values that are not finite are counted and left out of the others.
+    rmse, mae, bias (mean signed), p999 (99.9th percentile of the absolute error), max: in the unit of the picture.
+    relmse_tev: mean of d^2 / (reference^2 + 0.01), dimensionless. All None for an empty region. Values that are not
+    finite are counted and left out of the others. (`judged` has the error of what is shown, in which they count.)
     """
     d = picture[region].astype(np.float64) - reference[region]
     finite = np.isfinite(d)
-    seen = (shown(picture[region]) - shown(reference[region]))[finite]
     result: dict[str, float | int | None] = {
         "pixels": int(np.count_nonzero(region)),
         "nonfinite": int(np.count_nonzero(~finite)),
@@ -51,10 +50,9 @@ def error(picture: Picture, reference: Picture, region: Bools) -> dict[str, floa
     d, relative = d[finite], relative[finite]
     size = np.abs(d)
     if len(d) == 0:
-        return {**result, **dict.fromkeys((SHOWN, "rmse", "mae", "bias", "relmse_tev", "p999", "max"))}
+        return {**result, **dict.fromkeys(("rmse", "mae", "bias", "relmse_tev", "p999", "max"))}
     return {
         **result,
-        SHOWN: float(np.sqrt(np.mean(seen * seen))),
         "rmse": float(np.sqrt(np.mean(d * d))),
         "mae": float(size.mean()),
         "bias": float(d.mean()),
@@ -73,18 +71,23 @@ def errors(
 
 
 def maps(picture: Picture, reference: Picture, halves: tuple[Picture, Picture] | None = None) -> dict[str, Float64]:
-    """The errors of single pixels (h, w): SHOWN squared, mean of the channels, and flip_ldr where the library is.
+    """The errors of single pixels (h, w): `squares`, and flip_ldr where the library is."""
+    found = {SHOWN: squares(picture, reference, halves)}
+    differences = flip(picture, reference)
+    return found if differences is None else {**found, "flip_ldr": differences.astype(np.float64)}
+
+
+def squares(picture: Picture, reference: Picture, halves: tuple[Picture, Picture] | None = None) -> Float64:
+    """SHOWN squared of single pixels (h, w), mean of the channels.
 
     halves : two independent pictures (h, w, 3), a and b, whose mean the reference is. With them SHOWN is (p - a)(p - b)
     of what is shown, instead of the square of p - reference. Its expectation has no noise of a or b in it, since they
-    are independent, where the square has their variance, too. So a single pixel may be negative.
+    are independent, where the square has their variance, too. So a single pixel may be negative. A value that is not a
+    number is as wrong as can be: 1.
     """
     a, b = (shown(half) for half in halves or (reference, reference))
     p = shown(picture)
-    products = ((p - a) * (p - b)).mean(axis=-1)
-    found = {SHOWN: np.where(np.isfinite(products), products, 0.0)}
-    differences = flip(picture, reference)
-    return found if differences is None else {**found, "flip_ldr": differences.astype(np.float64)}
+    return np.asarray(np.nan_to_num((p - a) * (p - b), nan=1.0).mean(axis=-1))
 
 
 def judged(found: Mapping[str, Float64], region: Bools) -> dict[str, float | int | None]:
@@ -135,7 +138,7 @@ def deciding(picture: Picture, reference: Picture, region: Bools) -> float:
     All of them where all err alike. The RMSE is only known to about 1 / (2 sqrt(this)) of itself.
     """
     d = shown(picture[region]) - shown(reference[region])
-    squares = np.square(np.where(np.isfinite(d), d, 0.0)).sum(axis=-1)
+    squares = np.nan_to_num(np.square(d), nan=1.0).sum(axis=-1)
     fourth = float(np.square(squares).sum())
     return float(squares.sum()) ** 2 / fourth if fourth else 0.0
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...clock import Clock
 from ...presets import Quality
-from ...scene import Expression, Film, Float32, Scene, Settings
+from ...scene import Expression, Film, Float32, Scene, Settings, Surface
 from ...tracer import CompiledScene, trace_compiled
 from ...tracer.core.constants import FIRST_SAMPLES
 from ...tracer.emitters.environment import brightest
@@ -94,12 +94,18 @@ class Renders:
     def brightest(self, films: Iterable[Film]) -> float:
         """An estimate of the largest radiance along any ray, from all that has been seen."""
         scene = self.scene
-        closures = [c.surface for s in scene.surfaces for c in s.closures]
-        constant = [s.emission for s in (*scene.surfaces, *closures) if not isinstance(s.emission, Expression)]
-        emission = max(map(max, constant), default=0.0)
+        emission = max(map(_brightest, scene.surfaces), default=0.0)
         seen = max((float(np.max(film.radiance, initial=0.0)) for film in films), default=0.0)
         return max(BRIGHTER * seen, brightest(scene.world), emission, brightest_lamp(self._compiled))
 
     def weight(self, film: Film) -> Float32:
         """Coverage (h, w)."""
         return film.coverage if self.mask is None else self.mask
+
+
+def _brightest(surface: Surface) -> float:
+    """The largest radiance that a surface sends out by itself, as far as constants tell."""
+    if not surface.closures:
+        return 0.0 if isinstance(surface.emission, Expression) else max(surface.emission)
+    parts = [(c.weight, _brightest(c.surface)) for c in surface.closures]
+    return sum(emission if isinstance(w, Expression) else float(np.max(w)) * emission for w, emission in parts)

@@ -129,6 +129,7 @@ def knobs(renders: Renders, axes: Axes, deep: Reference, say: Say, until: float 
         off = np.abs(renders.shown(film).astype(np.float64) - target).max(axis=-1)
         allowed = (bound + own)[region] * brightest + rounding
         error = metrics.error(renders.shown(film), target, region)
+        error |= metrics.judged({metrics.SHOWN: metrics.squares(renders.shown(film), target)}, region)
         found["entries"].append({
             "max_depth": max_depth, "cutoff": cutoff, "seconds": film.time["trace"]["wall"],
             "rmse": error["rmse"], metrics.SHOWN: error[metrics.SHOWN],

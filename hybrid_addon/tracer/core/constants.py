@@ -19,7 +19,8 @@ SHADOW_REACH = 1 - 2.0**-20
 """A shadow ray stops this fraction of the way to its light: Embree counts a hit at exactly t_max."""
 
 EMBREE_LIMIT = 1.0e18
-"""Embree silently ignores vertices beyond 1.844e18: they are dropped here, where they are counted."""
+"""Embree silently ignores vertices beyond 1.844e18: they are dropped here, where they are counted. So far
+away ends fog, too, that ends nowhere: no fog times an infinite distance is a number."""
 
 MAX_STRAIGHT_CROSSINGS = 256
 """A ray goes unbent through at most so many index-matched (IOR 1) surfaces; the rest goes to the residual."""
@@ -227,7 +228,7 @@ LEAST_COSINE = 1.0e-6
 """Guards a division: where a cosine is not above 0 the quotient is not used."""
 
 LEAST_RADIUS = 1.0e-30
-"""Guards a division: so near to the middle of a disk all directions are the same place."""
+"""Guards a division: so near to the middle of a disk of radius 1 all directions are the same place."""
 
 NEAR_BALL = 1.0e-4
 """A point nearer to a ball light than this share of its squared distance sees it as from there."""
@@ -335,9 +336,6 @@ STEADY_SCENE = 500
 """Where ray traced objects move, the centre of coordinates follows them in steps of about their size, so that what
 stands still keeps its coordinates from frame to frame: in scenes no larger than this many times their size. In larger
 ones the steps would cost digits where shadows and contacts of small objects need them."""
-
-FOG_HORIZON = 1e12
-"""Metres: fog that ends nowhere ends here, so that no fog times an infinite distance is a number."""
 
 FOG_FLATNESS = 1e-5
 """A body flatter than this share of its size holds no fog: its two sides lie within an offset of each other."""

@@ -8,13 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...scene import Float32, Float64, PlacedLight
-from ..core.constants import LEAST_RADIUS, REACH_MARGIN
+from ..core.constants import REACH_MARGIN
 from ..core.sampler import disk
 from ..core.vectors import Array, dot, orthonormal_basis
 from .light import Bounds, CompiledLight, Photons, UnitSquare
 
 FAR = 1024.0
 """Seen from so many of its radii away, a ball is a disk to 5e-7."""
+
+LEAST_SQUARE = 1.0e-30
+"""m^2: nearer than 1e-15 m to a point fog is as bright as there. The coordinates have no finer places around 1 m."""
 
 UP = np.array([[0.0], [0.0], [1.0]])
 
@@ -83,8 +86,8 @@ class LocatedLight(CompiledLight):
         away = point.astype(np.float64) - self.position
         d2, r2 = dot(away, away), self.fog_radius**2
         distance, hull = np.sqrt(d2), np.sqrt(d2 + r2)
-        power = 2 / np.maximum(d2 + r2 + distance * hull, LEAST_RADIUS)
-        shown = self.emission_toward(away / np.maximum(distance, LEAST_RADIUS))
+        power = 2 / np.maximum(d2 + r2 + distance * hull, LEAST_SQUARE)
+        shown = self.emission_toward(away / np.maximum(distance, LEAST_SQUARE**0.5))
         return self.fade(power * shown * self.fog_share, point, d2.astype(np.float32))
 
     def can_reach(self, bounds: Bounds) -> bool:

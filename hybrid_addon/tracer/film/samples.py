@@ -33,9 +33,14 @@ LIGHT_AOVS = {"reflection": 3, "refraction": 3, "raster_backed": 1, "background"
 BRANCHES = {"reflection": (REFLECTION,), "refraction": (REFRACTION, BACKGROUND), "background": (BACKGROUND,)}
 
 
+SEEN_THROUGH = frozenset(("background", "passed"))
+"""Light passes that are worked out together."""
+
+
 def wanted_aovs(settings: Settings) -> list[str]:
-    """The light passes that are wanted."""
-    return sorted(LIGHT_AOVS.keys() & settings.passes)
+    """The light passes that are wanted, and those that come with them."""
+    wanted = LIGHT_AOVS.keys() & settings.passes
+    return sorted(wanted | SEEN_THROUGH if wanted & SEEN_THROUGH else wanted)
 
 
 @dataclass(eq=False)

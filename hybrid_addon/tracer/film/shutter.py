@@ -35,7 +35,8 @@ class OpenShutter:
         self._light: dict[str, Float32] = {}
         self._coverage: Float32 | None = None
         self._rest: dict[str, Float32] = {}
-        self._first: Film | None = None
+        self._middle: dict[str, Any] = {}
+        self._memory: dict[str, Any] = {}
         self._still: dict[str, Float32] = {}
         self._counts: dict[str, Counter[str]] = {name: Counter() for name in ("rays", "invariants", "hits")}
         self._time: dict[str, Counter[str]] = {}
@@ -50,8 +51,9 @@ class OpenShutter:
         self._films += 1
         self._weight += weight
         self._add_pictures(film, weight)
-        if self._first is None or middle:
-            self._first = film
+        if self._films == 1 or middle:
+            least = film.ended.get("least", 0.0)
+            self._middle = {"plan": film.plan, "sampling": film.sampling, "least": least}
             self._still = {n: a for n, a in film.passes.items() if n not in LIGHT_AOVS.keys() | COUNTED}
         for name, counter in self._counts.items():
             counter.update(getattr(film, name))
@@ -60,6 +62,7 @@ class OpenShutter:
         for entry in film.skipped:
             self._skipped[str(entry["what"]), str(entry["why"])] += int(entry["count"])  # type: ignore[call-overload]
         self._add_estimates(film, weight)
+        self._memory = _larger(self._memory, film.memory)
 
     def _add_pictures(self, film: Film, weight: float) -> None:
         share = film.coverage * np.float32(weight)
@@ -92,8 +95,8 @@ class OpenShutter:
         wanted : (height, width) bool, pixels that get a colour even where no moment had one: the nearest's. None: all.
         only_ray_traced : `Settings.camera_sees` is "RAY_TRACED".
         """
-        assert self._first is not None and self._coverage is not None
-        first, coverage, n = self._first, self._coverage, self._films
+        assert self._coverage is not None
+        middle, coverage, n = self._middle, self._coverage, self._films
         found = coverage > 0
         over = np.where(found, coverage, 1)
         light = {name: (values.T / over.T).T.astype(np.float32) for name, values in self._light.items()}
@@ -114,11 +117,27 @@ class OpenShutter:
             time={phase: dict(seconds) for phase, seconds in self._time.items()},
             invariants=dict(self._counts["invariants"]),
             skipped=[{"what": w, "why": why, "count": k} for (w, why), k in self._skipped.items() if k],
-            sampling={**first.sampling, **self._samples, "rmse": rmse},
-            plan=first.plan,
+            sampling={**middle["sampling"], **self._samples, "rmse": rmse},
+            plan=middle["plan"],
             passes=dict(sorted(passes.items())),
             shadow=rest.get("shadow"),
             caustic=rest.get("caustic"),
             hits=dict(self._counts["hits"]),
-            ended={"least": first.ended.get("least", 0.0), **ended},
+            ended={"least": middle["least"], **ended},
+            memory=self._memory,
         )
+
+
+def _larger(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
+    """Of each entry of `Film.memory` the larger: moments are traced one after the other."""
+    if not one or not other:
+        return one or other
+    result: dict[str, Any] = {}
+    for key, value in one.items():
+        if isinstance(value, dict):
+            names = {**value, **other[key]}
+            both = {name: max(value.get(name, 0), other[key].get(name, 0)) for name in names}
+            result[key] = dict(sorted(both.items(), key=lambda entry: -entry[1]))
+        else:
+            result[key] = other[key] if value is None else max(value, other[key] or 0)
+    return result

@@ -19,6 +19,7 @@ from ..shading.closures import closures_at
 from ..shading.interaction import Interaction
 from ..shading.lamps import brought, lamps_met
 from ..shading.spawn import share_out
+from .fog import through_fog
 from .whitted import add_escaped, add_light, trace_rays
 
 RGB = tuple[float, float, float]
@@ -33,8 +34,9 @@ class Node:
     distance   : metres to what it hit; inf: it left the scene.
     object, surface : numbers of the instance (spheres and planes follow the instances) and of the surface; -1: none.
     inside     : it met the surface from behind.   angle : degrees off the geometric normal.
-    adds       : radiance that this node brings the pixel: emission and local light, or the world, and lamps.
+    adds       : radiance that this node brings the pixel: emission and local light, or the world, and lamps and fog.
     lamps      : names of the lamps that the ray meets on its way.
+    fog        : the share of its light that fog on its way leaves.
     cut        : not followed: beyond the depth, or cut because it would bring little.
     counts     : False for a camera ray that met nothing that the tracer is to show.
     """
@@ -48,6 +50,7 @@ class Node:
     angle: float = 0.0
     adds: RGB = (0.0, 0.0, 0.0)
     lamps: tuple[str, ...] = ()
+    fog: float = 1.0
     cut: bool = False
     counts: bool = True
     children: list[Node] = field(default_factory=list)
@@ -80,19 +83,24 @@ class _Tree:
         self.root = Node("camera", (1.0, 1.0, 1.0), counts=False)
         self.waiting = {int(rays.path[0, 0]): self.root}
 
-    def watch(self, rays: Rays, hits: Hits, chosen: Index, at: Interaction | None, children: Rays) -> None:
-        """One wave: n rays, their hits, which of them hit, what they know of it, and the next wave."""
+    def watch(
+        self, started: Rays, rays: Rays, hits: Hits, chosen: Index, at: Interaction | None, children: Rays
+    ) -> None:
+        """One wave: n rays as they start and as they end, their hits, which of them hit, what they know of it, and the
+        next wave."""
         hit = np.arange(len(rays))[chosen] if at is not None else np.zeros(0, np.intp)
         place = {int(i): number for number, i in enumerate(hit)}
         coming = {}
         for i in range(len(rays)):
             node = self.waiting[int(rays.path[0, i])]
-            ray = replace(rays.take(np.array([i])), sample=np.zeros(1, np.intp))
+            only = np.array([i])
+            first, ray = (replace(wave.take(only), sample=np.zeros(1, np.intp)) for wave in (started, rays))
             node.counts = True
             light = SampleBuffer.zeros(1)
-            for lamp, seen, radiance in lamps_met(self.scene, ray, hits.take(np.array([i])), Stats()):
+            for lamp, seen, radiance in lamps_met(self.scene, first, hits.take(only), Stats()):
                 node.lamps += (lamp.light.name,)
                 light.add_radiance(seen.sample, brought(self.scene, seen, radiance))
+            node.fog = self._fog(first, float(hits.t[i]), i in place, light)
             if at is not None and i in place:
                 one = at.take(np.array([place[i]]))
                 self._describe(node, one, float(hits.t[i]))
@@ -105,6 +113,16 @@ class _Tree:
                 add_escaped(self.scene, ray, slice(None), light, Stats())
             node.adds = _rgb(light.radiance)
         self.waiting = coming
+
+    def _fog(self, ray: Rays, t: float, hit: bool, light: SampleBuffer) -> float:
+        """What fog leaves of a ray; what it sends into it is added to `light`."""
+        if self.scene.fog is None:
+            return 1.0
+        where, is_hit = np.array([t]), np.array([hit])
+        ray = self.scene.media.absorbed(ray, where, is_hit)
+        left = through_fog(self.scene, ray, where, is_hit, light, Stats(), None)
+        before, after = float(ray.throughput.sum()), float(left.throughput.sum())
+        return after / before if before > 0 else 1.0
 
     def _describe(self, node: Node, at: Interaction, t: float) -> None:
         prim = int(at.prim[0])

@@ -194,7 +194,7 @@ class _Watch:
         self.views = _Views.of(nothing, np.zeros(0), nothing, np.zeros(0, bool))
         self.view, self.told = np.full(n, -1), np.zeros((len(KINDS), n), bool)
 
-    def __call__(self, rays: Rays, hits: Hits, chosen: Index, at: Interaction | None, children: Rays) -> None:
+    def __call__(self, _: Rays, rays: Rays, hits: Hits, chosen: Index, at: Interaction | None, children: Rays) -> None:
         """One wave."""
         tag = rays.history[TAG].astype(np.intp)
         view, told = self.view[tag], self.told[:, tag]

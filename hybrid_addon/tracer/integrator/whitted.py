@@ -34,8 +34,9 @@ from ..shading.rough_transmission import through_rough_glass
 from ..shading.spawn import spawn
 from .fog import through_fog
 
-Watch = Callable[[Rays, Hits, Index, Interaction | None, Rays], None]
-"""Told of each wave: its rays, their hits, which of them hit, what is known of those (None: no one hit), their rays."""
+Watch = Callable[[Rays, Rays, Hits, Index, Interaction | None, Rays], None]
+"""Told of each wave: its rays as they start, and with what media leave of them; their hits, which of them hit, what is
+known of those (None: no one hit), their rays."""
 
 
 def trace_rays(
@@ -93,6 +94,8 @@ def _trace_wave(
         # Of the camera rays only those count that meet something the tracer is to show.
         rays, hits, hit = _count_camera_rays(scene, rays, hits, hit, sample_buffer)
 
+    started = rays
+
     # Let them see the lamps that are nearer.
     if first_seen is None:
         add_lamps(scene, rays, hits, sample_buffer, stats)
@@ -119,7 +122,7 @@ def _trace_wave(
     if count(chosen, len(rays)) == 0:
         nothing = rays.take(chosen)
         if watch is not None:
-            watch(rays, hits, chosen, None, nothing)
+            watch(started, rays, hits, chosen, None, nothing)
         return nothing
     rays_hit, found = rays.take(chosen), hits.take(chosen)
     media = None if scene.media.shadow_absorption is None else rays_hit.media
@@ -135,7 +138,7 @@ def _trace_wave(
     # Spawn at most one reflected and one transmitted ray from each closure.
     children = concatenate(spawn(scene, closures.rays, closures.at, closures.t, sample_buffer, stats))
     if watch is not None:
-        watch(rays, hits, chosen, at, children)
+        watch(started, rays, hits, chosen, at, children)
     return children
 
 

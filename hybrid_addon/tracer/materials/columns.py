@@ -40,7 +40,7 @@ WIDTHS = {
     "lobe_roughness": 1,
     "stretch": 1,  # of a brushed base
     "coat_roughness": 1,
-}  # fmt: skip
+}
 """What there is, in the order of the rows, and how many rows each takes. What rays cross stands first."""
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import RGB, Closure, Expression, Float64, Surface
-from .fields import MIN_IOR
+from ...scene.surfaces import MIN_IOR
 
 BANDS = ((605.0, 65.0), (545.0, 65.0), (455.0, 55.0))
 """Centre and half width in nm of what red, green and blue see: tents over the positive parts of the colour matching

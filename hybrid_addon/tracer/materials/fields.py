@@ -10,6 +10,7 @@ import numpy as np
 
 from ...expressions import Evaluation
 from ...scene import Expression, Float64, Surface
+from ...scene.surfaces import MIN_IOR
 
 T = TypeVar("T")
 Fields = Mapping[str, Float64]
@@ -31,8 +32,6 @@ CONSTANT = ("ambient", "diffuse", "coat_ior", "multiscatter", "coat_shows")
 """What no expression gives."""
 TYPICAL_IOR = 1.45
 """Stands for an IOR that varies where one is wanted for all of a surface: of a solid, for what lies in it."""
-MIN_IOR = 1e-5
-"""Blender's own least."""
 LEAST = {"stretch": 1e-2}
 """What must not be 0: a stretch divides, and of Blender's none is further from 1 than this or 100."""
 

@@ -21,7 +21,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ...procedural.spectra import XYZ_TO_REC709, observer
 from ...scene import Float32, Float64
+from ...scene.surfaces import MIN_IOR
 from ..core.constants import FAINT
 
 WAVELENGTHS = 32
@@ -36,27 +38,11 @@ surface must be the bare one to the last bit."""
 LARGEST_REFLECTANCE = 0.999
 """A metal is no better a mirror at normal incidence: its index would be infinite (Gulbrandsen 2014)."""
 
-MIN_FILM_IOR = 1e-5
-"""Blender's own clamp."""
-
 Bools = NDArray[np.bool_]
 Complex = NDArray[np.complex128]
 
 
 # ------------------------------------------------------------------------------------------------ colours of light
-
-
-def color_matching(wavelength: Float64) -> Float64:
-    """(3, n): the CIE 1931 standard observer at wavelengths (n,) in nm (Wyman, Sloan and Shirley 2013, table 1)."""
-
-    def lobe(height: float, middle: float, below: float, above: float) -> Float64:
-        off = (wavelength - middle) / np.where(wavelength < middle, below, above)
-        return np.asarray(height * np.exp(-0.5 * off * off))
-
-    x = lobe(1.056, 599.8, 37.9, 31.0) + lobe(0.362, 442.0, 16.0, 26.7) + lobe(-0.065, 501.1, 20.4, 26.2)
-    y = lobe(0.821, 568.8, 46.9, 40.5) + lobe(0.286, 530.9, 16.3, 31.1)
-    z = lobe(1.217, 437.0, 11.8, 36.0) + lobe(0.681, 459.0, 26.0, 13.8)
-    return np.stack([x, y, z])
 
 
 def daylight(wavelength: Float64) -> Float64:
@@ -68,10 +54,6 @@ def daylight(wavelength: Float64) -> Float64:
     return np.asarray(np.interp(wavelength, np.linspace(380, 780, len(known)), known))
 
 
-TO_RGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
-"""CIE XYZ to linear Rec. 709."""
-
-
 @cache
 def receptors() -> tuple[Float64, Float64]:
     """Wavelengths (WAVELENGTHS,) in nm, and what red, green and blue make of each, (3, w): rows of sum 1, partly < 0.
@@ -79,7 +61,7 @@ def receptors() -> tuple[Float64, Float64]:
     Evenly spaced in wave numbers, as phases are; a weight is that of all light nearer to its wavelength than to others.
     """
     fine = 1 / np.linspace(1 / 380.0, 1 / 780.0, WAVELENGTHS * 32, endpoint=False)
-    weights = TO_RGB @ (color_matching(fine) * daylight(fine) * fine * fine)
+    weights = XYZ_TO_REC709 @ (observer(fine) * daylight(fine) * fine * fine)
     weights = weights.reshape(3, WAVELENGTHS, -1).sum(axis=2)
     middle = 1 / (1 / fine).reshape(WAVELENGTHS, -1).mean(axis=1)
     return middle, weights / weights.sum(axis=1, keepdims=True)
@@ -102,11 +84,11 @@ def amplitudes(cos: Float64, thickness: Float64, film: Float64, n: Float64, k: F
     inside = np.sqrt(np.maximum(1 - sin2 / (film * film), 0))
     base = n + 1j * np.asarray(k)
     below = np.sqrt(1 - sin2 / (base * base))
-    senkrecht = (cos - film * inside) / np.maximum(cos + film * inside, FAINT)
+    across = (cos - film * inside) / np.maximum(cos + film * inside, FAINT)
     parallel = (film * cos - inside) / np.maximum(film * cos + inside, FAINT)
     lower_s = (film * inside - base * below) / (film * inside + base * below + FAINT)
     lower_p = (base * inside - film * below) / (base * inside + film * below + FAINT)
-    return [(senkrecht, lower_s), (parallel, lower_p)], 2 * film * thickness * inside
+    return [(across, lower_s), (parallel, lower_p)], 2 * film * thickness * inside
 
 
 def film_reflectance(
@@ -160,7 +142,7 @@ def film_fresnel(
     """
     around = np.where(outside, ior / eta, ior * eta)
     cos2 = np.where(outside, cos_i * cos_i, 1 - (1 - cos_i * cos_i) / (eta * eta))
-    index = np.maximum(film, MIN_FILM_IOR) / around
+    index = np.maximum(film, MIN_IOR) / around
     nm = thickness.astype(np.float64)
     filmed = film_reflectance(np.sqrt(np.maximum(cos2, 0))[None], nm, index, np.where(outside, eta, 1 / eta))
     reached = (cos2 > 0) & (eta != 1)  # else all is reflected, or nothing is there

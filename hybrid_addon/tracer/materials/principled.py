@@ -17,11 +17,12 @@ from functools import cache
 import numpy as np
 
 from ...scene import Float32, Float64
+from ...scene.surfaces import MIN_IOR
 from ..core.constants import FAINT, LEAST_COSINE, MIRROR_ROUGHNESS, TRACED_ROUGHNESS
 from ..core.vectors import Array
 from .columns import pack
 from .fields import Fields
-from .film import MIN_FILM_IOR, faded_in, film_reflectance, index_of, metal_index
+from .film import faded_in, film_reflectance, index_of, metal_index
 
 TABLE_SIZE = 32
 """Steps of cosine and roughness in the table of albedos; 48 x 48 directions are summed for each."""
@@ -164,7 +165,7 @@ class _Film:
 
     def __init__(self, f: Fields, cos: Float64, sums: Float64) -> None:
         """cos, sums: (n,) and (3, n), of `albedos`."""
-        self.thickness, self.index = f["film"], np.maximum(f["film_ior"], MIN_FILM_IOR)
+        self.thickness, self.index = f["film"], np.maximum(f["film_ior"], MIN_IOR)
         self.single = (sums[0] + sums[1])[None]
         self.missing = (1 - self.single) * f["multiscatter"]
         self.angles = [(np.asarray(cos)[None], 1.0)]
@@ -220,7 +221,7 @@ def layered_columns(f: Fields, cos: Float64) -> Float32:
         lobe = under * metal * reflected
     passed = f["transmission_tint"]
     if (f["pane_ior"] != 1).any():
-        pane, passed = _pane(f, cos, sums, film)
+        pane, passed = _pane(f, cos, sums, film, multiscatter)
         lobe = lobe + under * passing * pane
     f0 = f["specular"]
     dielectric = reflectance(f0, grazing_reflectance(f0), sums, multiscatter) if f0.any() else np.zeros((1, 1))
@@ -269,11 +270,11 @@ def _coat(f: Fields, cos: Float64, covered: Array, below: Array) -> tuple[Array,
     return covered * below * albedo * f["coat_shows"], below * np.maximum(1 - albedo, 0), tint
 
 
-def _pane(f: Fields, cos: Float64, sums: Float64, film: _Film | None) -> tuple[Float64, Float64]:
+def _pane(f: Fields, cos: Float64, sums: Float64, film: _Film | None, multiscatter: bool) -> tuple[Float64, Float64]:
     """What a thin pane reflects and passes, (3, n), with all that goes to and fro in it; 0 and 1 of none."""
     ior = f["pane_ior"]
     f0 = normal_reflectance(ior)
-    once = reflectance(f0, grazing_reflectance(f0), sums)
+    once = reflectance(f0, grazing_reflectance(f0), sums, multiscatter)
     once = once if film is None else film.over(once, ior)
     color = slab_tint(f["transmission_tint"], cos, ior)
     passed = color * (1 - once) ** 2 / np.maximum(1 - (once * color) ** 2, FAINT)

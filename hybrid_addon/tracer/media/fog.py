@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Camera, Float32, Float64, Fog, FogBody, Instance, Medium, Scene, TriangleMesh
-from ..core.constants import FOG_FLATNESS, FOG_HORIZON, MAX_FOG_CROSSINGS
+from ..core.constants import EMBREE_LIMIT, FOG_FLATNESS, MAX_FOG_CROSSINGS
 from ..core.rays import offset_origin, origin_offset, traceable
 from ..core.stats import Stats
 from ..core.vectors import Array, cross, dot, flatnonzero
@@ -144,17 +144,15 @@ class CompiledFog:
 
     glows    : some of it sends light into rays.   scatters : that of lamps, too.
     start, reach, sky, shadows : of `scene.Fog`.
-    left_out : names of bodies that are not closed.
+    left_out : names of bodies that hold none.
     radius   : of a ball around the scene's centre that holds all of it.
     """
 
     def __init__(self, fog: Fog, camera: Camera, center: Float64) -> None:
         """center : (3,), what origins of rays are relative to."""
-        bodies = [body for body in fog.bodies if not body.medium.is_nothing]
-        sound = [body for body in bodies if _is_closed(body)]
-        self.left_out = [body.name for body in bodies if not any(body is one for one in sound)]
+        sound, self.left_out = sorted_out(fog)
         self.sky, self.start = fog.sky, fog.start
-        self.shadows, self.reach = fog.shadows, min(fog.reach, FOG_HORIZON)
+        self.shadows, self.reach = fog.shadows, min(fog.reach, EMBREE_LIMIT)
         media = [*(body.medium for body in sound), fog.world or Medium()]
         self._numbers = np.array([_numbers(medium) for medium in media]).T
         self._everywhere = fog.world is not None and not fog.world.is_nothing
@@ -165,6 +163,12 @@ class CompiledFog:
         self._layers = [_Layer(sound, chosen, camera, center) for chosen in _apart(sound)]
 
     @property
+    def stretches(self) -> int:
+        """The most that a ray is likely to be cut into: in and out of each body, and where the world's fog ends."""
+        crossed = sum(min(2 * len(layer), MAX_FOG_CROSSINGS) for layer in self._layers)
+        return (1 + crossed) * (1 + self._everywhere)
+
+    @property
     def is_nothing(self) -> bool:
         """There is no fog anywhere."""
         return not self._layers and not self._everywhere
@@ -172,7 +176,7 @@ class CompiledFog:
     def along(self, origin: Float32, direction: Array, distance: Float64, stats: Stats) -> FogPath:
         """The fog on rays (3, n) up to distances (n,), which may be infinite."""
         n = origin.shape[1]
-        end = np.minimum(distance, FOG_HORIZON)
+        end = np.minimum(distance, EMBREE_LIMIT)
         world = np.broadcast_to(self._numbers[:, -1:], (ROWS, n))
         found = [crossing for layer in self._layers for crossing in layer.crossings(origin, direction, stats)]
         crossings = _in_order(found, n)
@@ -187,7 +191,7 @@ class CompiledFog:
         starts, filled = np.array(start), np.stack(media, axis=1)
         length = np.diff(starts, axis=0, append=end[None])
         np.maximum(filled[:TURNED], 0.0, out=filled[:TURNED])  # a sum of rounded numbers
-        if self._everywhere and self.reach < FOG_HORIZON:
+        if self._everywhere and self.reach < EMBREE_LIMIT:
             return _ended(starts, length, filled, self._numbers[:, -1], self.reach)
         return FogPath(starts, np.maximum(length, 0.0), filled)
 
@@ -205,6 +209,9 @@ class _Layer:
         geometry = flatten(own, [{}], use_normals=False)
         self._shift = (center - geometry.center)[:, None]
         self._surfaces = PrimitiveSet(geometry, np.ones(len(geometry.surface), bool))
+
+    def __len__(self) -> int:
+        return len(self._bodies)
 
     def crossings(self, origin: Float32, direction: Array, stats: Stats) -> list[Crossing]:
         """Those of rays (3, n), of each the nearest first."""
@@ -287,6 +294,14 @@ def _ended(start: Float64, length: Float64, medium: Float64, world: Float64, rea
     k, n = start.shape
     media = np.stack([medium, beyond], axis=2).reshape(ROWS, 2 * k, n)
     return FogPath(starts.reshape(2 * k, n), np.maximum(lengths.reshape(2 * k, n), 0.0), media)
+
+
+def sorted_out(fog: Fog) -> tuple[list[FogBody], list[str]]:
+    """The bodies that hold fog, and the names of those that cannot, open or flat as they are."""
+    bodies = [body for body in fog.bodies if not body.medium.is_nothing]
+    closed = [_is_closed(body) for body in bodies]
+    sound = [body for body, holds in zip(bodies, closed, strict=True) if holds]
+    return sound, [body.name for body, holds in zip(bodies, closed, strict=True) if not holds]
 
 
 def _is_closed(body: FogBody) -> bool:

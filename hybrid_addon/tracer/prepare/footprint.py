@@ -30,8 +30,8 @@ FILM_BYTES = 30
 """Of a pixel of the picture."""
 SAMPLE_BYTES = 240
 """Of a pixel that is traced, what its samples add up to, in the strip that is traced."""
-STRIP = 1 << 21
-"""Pixels of a strip at most (sampling.strips)."""
+LONGEST_STRIP = 1 << 21
+"""Pixels to be traced in a strip at most, but for a row's own: 500 MB. All of full HD is one strip."""
 RAY_BYTES = 1400
 """Of a camera ray and all that becomes of it: 80 MB for what a thread begins at once."""
 
@@ -44,14 +44,14 @@ def expected(scene: Scene, settings: Settings, pixels: int) -> dict[str, int]:
     pixels : to be traced.
     """
     triangles = sum(_triangles_by_mesh(scene).values())
-    transmits = any(_is_below_one(s.opacity) for s in _all_surfaces(scene))
+    transmits = any(_is_below_one(part.opacity) for s in scene.surfaces for part in s.parts)
     x0, y0, x1, y1 = scene.camera.window
     threads = settings.threads or os.cpu_count() or 1
     rays = min(threads * settings.chunk, pixels * settings.samples)
     return {
         "geometry": triangles * (GEOMETRY_BYTES + MEDIA_BYTES * transmits),
         "search trees": triangles * TREE_BYTES,
-        "film": (x1 - x0) * (y1 - y0) * FILM_BYTES + min(pixels, STRIP) * SAMPLE_BYTES,
+        "film": (x1 - x0) * (y1 - y0) * FILM_BYTES + min(pixels, LONGEST_STRIP) * SAMPLE_BYTES,
         "rays": rays * RAY_BYTES,
     }
 
@@ -106,10 +106,6 @@ def _triangles_by_mesh(scene: Scene) -> Counter[int]:
     for instance in scene.instances:
         found[instance.mesh] += len(scene.meshes[instance.mesh].triangles)
     return found
-
-
-def _all_surfaces(scene: Scene) -> list[Any]:
-    return [one for s in scene.surfaces for one in (s, *(closure.surface for closure in s.closures))]
 
 
 def _is_below_one(opacity: Any) -> bool:

@@ -232,8 +232,7 @@ def make_plan(
         world=escapes,
         soft_shadows=soft,
         rough=rough,
-        crowded=bool((table.closure_count[reachable[: len(table.closure_count)]] > MOST_CLOSURES).any())
-        or table.disperses,
+        crowded=bool((table.closure_count[reachable] > MOST_CLOSURES).any()) or table.disperses,
         lit_fog=bool(lit_fog),
         occlusion=occlusion,
         raster_shadows=raster_shadows,

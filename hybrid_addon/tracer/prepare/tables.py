@@ -57,7 +57,7 @@ def prepare(scene: Scene, settings: Settings, cache: SceneCache | None = None) -
     geometry, media = find_solids(scene, flatten(scene, layouts, cache=cache), surfaces)
     geometry = replace(geometry, object_values=object_values(scene, surfaces.surfaces))
     lights = compile_lights((*scene.lights, *world.suns), geometry.center, geometry.object)
-    fog = compile_fog(scene.fog, scene.camera, geometry.center)
+    fog = _fog(scene, geometry.center, cache)
     scattered = [x for x in lights if x.color.any() and x.light.volume != 0] if fog and fog.scatters else []
     tables = Tables(geometry, media, surfaces, world, lights, fog, scattered)
     plan, lights, lamps = make_plan(scene, settings, tables, black_texels)
@@ -106,3 +106,9 @@ def _world(world: World, cache: SceneCache) -> CompiledWorld:
     """What is the same all around is worked out in no time: nobody needs to hear that it was kept."""
     varies = world.environment is not None or isinstance(world.radiance, Expression)
     return cache.take(("world", key_of(world)), partial(CompiledWorld, world), "world" if varies else "")
+
+
+def _fog(scene: Scene, center: Float64, cache: SceneCache) -> CompiledFog | None:
+    """Only where there are bodies it takes time: trees of their surfaces, which no camera changes."""
+    key = ("fog", key_of(scene.fog), center.tobytes())
+    return cache.take(key, partial(compile_fog, scene.fog, scene.camera, center))

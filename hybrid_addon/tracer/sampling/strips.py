@@ -15,12 +15,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from ..prepare.footprint import LONGEST_STRIP
 from .adaptive import upper_limit
 from .passes import Progress
 from .schedule import Sampling
-
-LONGEST_STRIP = 1 << 21
-"""Pixels to be traced in a strip at most, but for a row's own: 500 MB. All of full HD is one strip."""
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ... import expressions as ex
 from ...scene import Float32, Float64, Texture
 from ..core.constants import BUMP_STEP, STEEPEST_FACET
 from ..core.rays import (
@@ -105,10 +106,10 @@ class HitData:
         own = self._OWN.get(key)
         if own is not None:
             return np.asarray(own(self), np.float32)
-        if key.startswith("ray:"):
-            return np.asarray(RAY[key.removeprefix("ray:")](self), np.float32)[None]
-        if key.startswith("instance:"):
-            return self._of_instance(key.removeprefix("instance:")).astype(np.float32)
+        if key.startswith(ex.RAY):
+            return np.asarray(RAY[key.removeprefix(ex.RAY)](self), np.float32)[None]
+        if key.startswith(ex.INSTANCE):
+            return self._of_instance(key.removeprefix(ex.INSTANCE)).astype(np.float32)
         if key.startswith("uv:"):
             return np.stack([*self._coordinates(key), np.zeros(len(self.prim))]).astype(np.float32)
         found = self._interpolated(key).astype(np.float32)

@@ -41,9 +41,9 @@ class Interaction:
     outer       : (3, n) float32, origin of new rays on the side of wo
     media       : (rows, n) int32, solids around the hit on the side of wo; None: nothing absorbs shadow rays
     draws       : its random numbers; None: shadows are hard
-        tangent     : (3, n) float32 unit vectors along brushed surfaces, 0 on others; None: all are round
-        came        : how the rays came that hit; None: no surface asks
-        sides       : the media around hits where more than one surface is passed; None: nowhere
+    tangent     : (3, n) float32 unit vectors along brushed surfaces, 0 on others; None: all are round
+    came        : how the rays came that hit; None: no surface asks
+    sides       : the media around hits where more than one surface is passed; None: nowhere
     share       : (n,) float32, of the weights of all closures there, that of this one; None: it is alone
     """
 

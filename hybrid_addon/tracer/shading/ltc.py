@@ -55,7 +55,7 @@ class Lobe:
         return np.stack([(dot(self.x, a) - self.m13 * z) / self.m11, dot(self.y, a) / self.m22, z])
 
 
-STEEPEST_FACET = 0.05
+LEAST_RISE = 0.05
 """Cosine of the steepest microfacets (87 degrees) that lobes are made around: those that would have to be steeper to
 show a lamp, which is below the horizon then, would make spikes of rounding."""
 
@@ -114,7 +114,7 @@ class BrushedLobe:
         frame = tangent, bitangent, along, across
         eye, n, lamp = (a.astype(np.float64) for a in (self.wo, self.n, wi))
         half = eye + lamp
-        up = np.maximum(dot(half, n), STEEPEST_FACET * np.maximum(np.sqrt(dot(half, half)), LEAST_COSINE))
+        up = np.maximum(dot(half, n), LEAST_RISE * np.maximum(np.sqrt(dot(half, half)), LEAST_COSINE))
         p, q = dot(half, tangent) / up, dot(half, bitangent) / up
         half = p * tangent + q * bitangent + n
         facing, length2 = dot(eye, half), 1 + p * p + q * q

@@ -148,7 +148,7 @@ def _repeated(
 
 def _microfacets(
     wo: Float32, n: Float32, alpha: Float32, redraw: Bools, draws: Draws, brushed: Brushed | None
-) -> Float32:  # fmt: skip
+) -> Float32:
     """Normals (3, m) of microfacets of surfaces of normals n that are seen from wo.
 
     redraw : (m,) bool, draw again while another microfacet catches what is reflected.   brushed : see `visible_normal`.

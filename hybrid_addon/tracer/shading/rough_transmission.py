@@ -72,10 +72,5 @@ def _seen(scene: CompiledScene, at: Interaction, lamp: CompiledLight, light: Flo
     square = at.draws.square(lamp.key, 0, 1) if at.draws is not None and is_spread else None
     wi, distance = lamp.shadow_rays(at.inner(ALL), -at.n_geometric, square)
     inside = np.zeros(len(at.prim), bool)
-    blockers, inner = scene.blockers(lamp), at.inner(ALL)
-    return (
-        light
-        * visibility(scene, blockers, wi, distance, inside=inside, origin=inner, media=None, stats=stats, came=at.came)[
-            0
-        ]
-    )
+    share, _ = visibility(scene, scene.blockers(lamp), wi, distance, at.inner(ALL), inside, None, stats, at.came)
+    return light * share

@@ -198,14 +198,14 @@ def visibility(
     media = None if media is None else take(media, blocked)
     way = take(origin, blocked), take(wi, blocked), take(t_max, blocked)
     came = None if came is None else came.take(blocked)
-    passed, exhausted = _transmittance(scene, blockers, *way, media, stats, came)
+    share, exhausted = _transmittance(scene, blockers, *way, media, stats, came)
     if len(exhausted):
         cut = np.union1d(cut, exhausted if isinstance(blocked, slice) else blocked[exhausted])
     if isinstance(blocked, slice):
-        return passed, cut
+        return share, cut
     visible = np.empty(origin.shape, np.float32)
     visible[...] = is_open
-    write(visible, blocked, passed)
+    write(visible, blocked, share)
     return visible, cut
 
 
@@ -251,8 +251,8 @@ def _transmittance(
         # The surface lets some of it through.
         prim, entering = hits.prim.astype(np.intp), hits.toward < 0
         travelled = take(travelled, crossed)
-        passed = _passed(scene, prim, hits, origin, d, partial(_crossing, came, active, number, travelled))
-        left = passed if left is None else take(left, crossed) * passed
+        share = _passed(scene, prim, hits, origin, d, partial(_crossing, came, active, number, travelled))
+        left = share if left is None else take(left, crossed) * share
         # Go on behind the surface, unless nothing is left.
         going = (left > 0).any(axis=0)
         alive = select(going)

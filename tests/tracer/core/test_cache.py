@@ -6,12 +6,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hybrid_addon.scene import Expression, PointLight, Scene, Settings, Surface, Texture, Visibility, World, WorldSun
+from hybrid_addon.scene import (
+    Expression,
+    Fog,
+    FogBody,
+    Medium,
+    PointLight,
+    Scene,
+    Settings,
+    Surface,
+    Texture,
+    Visibility,
+    World,
+    WorldSun,
+)
 from hybrid_addon.tracer import SceneCache, trace
 from hybrid_addon.tracer.core.cache import key_of
 from hybrid_addon.tracer.emitters.world import CompiledWorld
 from hybrid_addon.tracer.geometry import embree, trees
 from hybrid_addon.tracer.geometry.flatten import flatten
+from hybrid_addon.tracer.media.fog import CompiledFog
 
 SETTINGS = Settings(samples=2, threads=1, max_depth=4)
 LAMP = PointLight("p", (1, -2, 4), (20, 20, 20))
@@ -219,3 +233,16 @@ def test_the_centre_follows_what_moves_in_steps_that_scale_with_the_scene(build)
 
 def centers(scene):
     return {tuple(flatten(moved(scene, 1, x), [{}] * 9).center) for x in np.linspace(0, 4, 41)}
+
+
+def test_fog_is_made_once_until_it_changes(build, monkeypatch):
+    made, init = [], CompiledFog.__init__
+    monkeypatch.setattr(CompiledFog, "__init__", lambda self, *a: (made.append(1), init(self, *a))[1])
+    body = FogBody("haze", build.box(), np.eye(4), Medium(absorption=(0.1, 0.2, 0.3)))
+    cache, scene = SceneCache(), replace(start(build), fog=Fog(bodies=(body,)))
+    thicker = replace(scene, fog=Fog(bodies=(replace(body, medium=Medium(absorption=(1, 1, 1))),)))
+    for frame, count in ((scene, 1), (CHANGES["another camera"](scene), 0), (thicker, 1)):
+        fresh = trace(frame, SETTINGS)
+        made.clear()
+        same(trace(frame, SETTINGS, cache=cache), fresh)
+        assert len(made) == count

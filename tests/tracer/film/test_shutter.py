@@ -65,6 +65,23 @@ def test_what_is_counted_adds_up():
     assert result.sampling["rmse"] == pytest.approx(0.1 / 2)  # of four times the samples
 
 
+def test_memory_is_that_of_the_largest_moment_and_no_moments_film_is_held():
+    import gc
+    import weakref
+
+    shutter, held = OpenShutter(), []
+    for peak, sky in ((None, 30), (900, 10)):
+        moment = film(1.0, 1.0, memory={"peak": peak, "film": 40 - sky, "by_texture": {"sky": sky, str(peak): 20}})
+        held.append(weakref.ref(moment.radiance))
+        shutter.add(moment, 1)
+        del moment
+    gc.collect()
+    assert [ref() for ref in held] == [None, None]
+    found = shutter.result(None, True).memory
+    assert found == {"peak": 900, "film": 30, "by_texture": {"sky": 30, "None": 20, "900": 20}}
+    assert next(iter(found["by_texture"])) == "sky"
+
+
 def test_parts_of_the_samples_are_the_whole_picture():
     """Whatever stands still: eight moments of two samples are the picture of sixteen samples."""
     camera = Camera("PERSP", np.eye(4), (-1, 1, -1, 1), (12, 12), (0, 0, 12, 12))

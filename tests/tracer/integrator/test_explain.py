@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hybrid_addon.report.pixel import pixel_text
-from hybrid_addon.scene import AreaLight, PointLight, Settings, World
+from hybrid_addon.scene import AreaLight, Fog, FogBody, Medium, PointLight, Settings, World
 from hybrid_addon.tracer import CompiledScene, trace
 from hybrid_addon.tracer.integrator.explain import explain
 
@@ -42,6 +42,28 @@ def test_the_parts_of_a_pixel_add_up_to_it(room, settings):
         tree = explain(compiled, x, y)
         np.testing.assert_allclose(total(tree), film.radiance[y, x], rtol=1e-5)
         assert lost(tree) == pytest.approx(film.residual[y, x], rel=1e-5, abs=1e-9)
+
+
+def test_fog_and_what_absorbs_are_part_of_it(build):
+    """A lamp that a mirror shows is direct light of the mirror: fog dims it no more than that."""
+    wall = build.quad([(-3, -3, -1), (3, -3, -1), (3, 3, -1), (-3, 3, -1)])
+    haze = Medium((0.02, 0.05, 0.1), (0.1, 0.1, 0.1), (0.01, 0.0, 0.02))
+    body = FogBody("haze", build.box(), np.diag([4.0, 4.0, 2.0, 1.0]), haze)
+    scene = build.scene(
+        (build.icosphere(2, smooth=True), build.glass(absorption=(0.5, 0.1, 0.1))),
+        (wall, build.mirror(0.8)),
+        camera=build.camera((0, -4, 2), up=(0, 0, 1)),
+        lights=(AreaLight("softbox", (0, 0, 1.8), (0, 0, -1), (1, 0, 0), (0, 1, 0), (3, 2, 1), volume=0.0),),
+        world=World((0.2, 0.3, 0.4)),
+        fog=Fog(bodies=(body,)),
+    )
+    settings = Settings(1, 4, camera_sees="ALL", shadow_samples=0)
+    film, compiled = trace(scene, settings), CompiledScene(scene, settings)
+    for x, y in ((8, 8), (8, 4), (3, 5)):
+        tree = explain(compiled, x, y)
+        np.testing.assert_allclose(total(tree), film.radiance[y, x], rtol=1e-5)
+        assert 0.2 < tree.fog < 0.9
+        assert "through fog that leaves" in pixel_text(scene, tree, x, y)
 
 
 def test_it_says_what_was_met(room):

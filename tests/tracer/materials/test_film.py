@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hybrid_addon.procedural.fresnel import fresnel_dielectric
+from hybrid_addon.procedural.spectra import XYZ_TO_REC709, observer
 from hybrid_addon.scene import Expression, Surface, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.materials import film
@@ -40,7 +41,7 @@ def by_matrices(cos, thickness, index, base, wavelength):
 @pytest.mark.parametrize("thickness", [50.0, 300.0, 700.0])
 def test_a_colour_is_the_mean_over_what_its_receptors_see(base, index, thickness):
     wavelength = np.linspace(380, 780, 2001)
-    weights = film.TO_RGB @ (film.color_matching(wavelength) * film.daylight(wavelength))
+    weights = XYZ_TO_REC709 @ (observer(wavelength) * film.daylight(wavelength))
     weights /= weights.sum(axis=1, keepdims=True)
     for cos in (1.0, 0.6, 0.2):
         right = weights @ by_matrices(cos, thickness, index, base, wavelength)

@@ -10,7 +10,16 @@ from hybrid_addon import expressions as ex
 from hybrid_addon.scene import Expression, Settings, SunLight, Surface, Texture, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.emitters.prefilter import blurred
-from hybrid_addon.tracer.materials.principled import albedos, metal_reflectance, reflectance
+from hybrid_addon.tracer.materials.columns import ROWS
+from hybrid_addon.tracer.materials.fields import fields_of
+from hybrid_addon.tracer.materials.principled import (
+    albedos,
+    grazing_reflectance,
+    layered_columns,
+    metal_reflectance,
+    normal_reflectance,
+    reflectance,
+)
 
 WHITE_WORLD = World((1.0, 1.0, 1.0))
 WHITE = {"base_color": (1.0, 1.0, 1.0), "layered": True}
@@ -83,6 +92,17 @@ def test_a_dark_coat_takes_from_what_is_below(build):
     coated = seen(build, Surface(layered=True, base_color=(0.5, 0.5, 0.5), coat=1.0, coat_roughness=0.5))[12, 12]
     assert coated == pytest.approx(0.5 * (1 - 0.04) + 0.04, abs=3e-3)
     assert bare == pytest.approx(0.5)
+
+
+def test_rough_panes_lose_the_light_that_is_lost_between_microfacets():
+    """Where that is not given back, a face reflects its single scattering alone."""
+    cos = np.array([0.3, 0.8])
+    fields = {"layered": True, "opacity": 0.0, "thin": True, "ior": 1.5, "roughness": 1.0}
+    found = [layered_columns(fields_of(Surface(multiscatter=m, **fields)), cos)[ROWS["lobe"]][0] for m in (True, False)]
+    sums, f0 = albedos(cos, np.ones(1)), normal_reflectance(np.float64(1.5))
+    once = f0 * sums[0] + grazing_reflectance(f0) * sums[1]
+    assert found[1] == pytest.approx(once * (1 + (1 - once) ** 2 / (1 - once**2)), rel=1e-5)
+    assert (found[0] > found[1] * 1.01).all()
 
 
 def test_a_thin_pane_reflects_and_passes_all_light(build):

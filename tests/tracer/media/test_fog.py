@@ -24,7 +24,9 @@ from hybrid_addon.scene import (
     World,
 )
 from hybrid_addon.tracer import trace
+from hybrid_addon.tracer.integrator import fog as integrator_fog
 from hybrid_addon.tracer.integrator.fog import phase
+from hybrid_addon.tracer.media.fog import CompiledFog, sorted_out
 
 WHITE = World((1.0, 1.0, 1.0))
 BLACK = World()
@@ -184,8 +186,24 @@ def test_a_body_without_thickness_holds_nothing(size):
 def test_an_open_body_holds_nothing_and_is_listed():
     mesh, matrix = cube()
     opened = replace(mesh, triangles=mesh.triangles[:-1], corners=mesh.corners[:-1])
-    fog = Fog(bodies=(FogBody("open", opened, matrix, Medium(absorption=(5,) * 3)),))
-    np.testing.assert_allclose(seen(fog, WHITE)[0], 1)
+    fog = Fog(bodies=(FogBody("open", opened, matrix, Medium(absorption=(5,) * 3)), box(Medium((0.2,) * 3))))
+    np.testing.assert_allclose(seen(fog, WHITE)[0], np.exp(-0.8), rtol=1e-5)
+    camera = Camera("PERSP", np.eye(4), (-1, 1, -1, 1), (4, 4), (0, 0, 4, 4))
+    listed = {entry["what"]: entry["count"] for entry in trace(Scene(camera, fog=fog), Settings(samples=1)).skipped}
+    assert listed["fog of open or flat bodies"] == 1
+    assert sorted_out(fog) == ([fog.bodies[1]], ["open"])
+
+
+def test_however_many_bodies_overlap_rays_are_worked_on_in_parts_to_the_same_bit(monkeypatch):
+    sun = SunLight("sun", direction=(0, 0, 1), irradiance=(10, 10, 10))
+    fog = Fog(bodies=tuple(box(Medium(scattering=(0.01 * i, 0.1, 0)), (0, 0, i / 100)) for i in range(4)))
+    whole, _ = seen(fog, WHITE, (sun,), samples=4)
+    sizes, along = [], CompiledFog.along
+    monkeypatch.setattr(CompiledFog, "along", lambda self, o, *way: (sizes.append(o.shape[1]), along(self, o, *way))[1])
+    monkeypatch.setattr(integrator_fog, "TOGETHER", 90)
+    parts, _ = seen(fog, WHITE, (sun,), samples=4)
+    assert max(sizes) <= 10 < sum(sizes)
+    np.testing.assert_array_equal(parts, whole)
 
 
 GLASS = Surface(opacity=0.0, reflectivity=0.0, ior=1.5)

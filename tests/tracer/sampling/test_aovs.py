@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hybrid_addon.scene import Settings
+from hybrid_addon.scene import Settings, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.core.constants import NO_DEPTH
 
@@ -71,3 +71,16 @@ def test_an_empty_mask_has_passes_too(build):
     film = trace(build.scene((build.icosphere(), build.glass())), SETTINGS, np.zeros((16, 16), np.float32))
     assert (film.passes["depth"] == np.float32(NO_DEPTH)).all()
     assert not film.passes["samples"].any()
+
+
+@pytest.mark.parametrize("name", ["background", "passed"])
+def test_what_is_seen_through_is_told_by_either_pass_alone(build, name):
+    pane = build.quad([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)])
+    clear = build.matte(opacity=0.25, ior=1.0)
+    scene = build.scene((pane, clear), world=World((0.5, 1.0, 2.0)))
+    both = trace(scene, Settings(samples=1, passes=frozenset({"background", "passed"}))).passes
+    alone = trace(scene, Settings(samples=1, passes=frozenset({name}))).passes
+    assert set(alone) == {name}
+    np.testing.assert_array_equal(alone[name], both[name])
+    np.testing.assert_allclose(both["passed"], 0.75, rtol=1e-6)
+    np.testing.assert_allclose(both["background"], np.broadcast_to([0.375, 0.75, 1.5], (16, 16, 3)), rtol=1e-6)
