@@ -42,10 +42,11 @@ class Setting:
     name        : of the property, of the keyword, and with dashes of the flag; it is saved in files, so it stays.
     kind        : ENUM is one of `choices`, FLAGS a set of them.
     default     : as Blender's property takes it: a bool, int, float, key or set of keys.
-    label, description : in the interface, to be translated (blender/ui/translations.py); the manual quotes them.
+    label, description : in the interface, to be translated (blender/ui/translations); the manual quotes them.
     group       : what it is about; see RENDER_GROUPS.
     low, high   : the range, None for no end; soft_low, soft_high: what a slider reaches.
     step, precision, unit, subtype : as in `bpy.props.FloatProperty`.
+    on          : of a number whose 0 means off: what it becomes when it is switched on, unless its default is not 0.
     tick        : of an ENUM that was a BOOL once: the keys that False and True still stand for.
     flag        : what `--help` says of the flag, of groups that have one.
     changes     : what is brought up to date when it changes (blender/ui/properties.py), "" for nothing.
@@ -67,6 +68,7 @@ class Setting:
     unit: str | None = None
     subtype: str | None = None
     choices: tuple[Choice, ...] = ()
+    on: float | None = None
     tick: tuple[str, str] | None = None
     flag: str = ""
     changes: Literal["", "SURFACE", "SWITCH", "SCENE", "PASSES", "PREVIEW", "EDITOR"] = ""
@@ -144,11 +146,11 @@ SCENE = (
         group="SWITCH", changes="SWITCH",
     ),
     Setting(
-        "mode", "ENUM", "HYBRID", "Mode", "Which renderer draws what",
+        "mode", "ENUM", "HYBRID", "Trace", "What the ray tracer draws",
         choices=(
-            Choice("HYBRID", "Hybrid", "EEVEE draws the scene, the ray tracer draws the ray traced objects"),
-            Choice("RASTER", "Raster", "EEVEE draws everything, as if the add-on were off"),
-            Choice("FULL", "Full", "The ray tracer draws every pixel; EEVEE is not used"),
+            Choice("HYBRID", "Chosen Objects", "EEVEE draws the scene, the ray tracer draws the ray traced objects"),
+            Choice("RASTER", "Nothing", "EEVEE draws everything, as if the add-on were off"),
+            Choice("FULL", "Everything", "The ray tracer draws every pixel; EEVEE is not used"),
         ),
         group="MODE", flag="default: the file's own", changes="SCENE",
     ),
@@ -161,20 +163,21 @@ SCENE = (
         group="QUALITY", low=0, high=1024, soft_high=64, flag="bounces",
     ),
     Setting(
-        "cutoff", "FLOAT", 1 / 255, "Cutoff",
+        "cutoff", "FLOAT", 1 / 255, "Min Light",
         "Skip rays that contribute less than this share of a sample; 0 traces every ray",
         group="QUALITY", low=0.0, high=1.0, soft_high=0.1, precision=4,
         flag="skip rays below this share of a sample",
     ),
     Setting(
-        "adaptive", "FLOAT", 0.05, "Adaptive Sampling",
+        "adaptive", "FLOAT", 0.05, "Noise Threshold",
         "Stop sampling a pixel when its contrast falls below this; 0 is off",
-        group="QUALITY", low=0.0, high=0.99, soft_high=0.2, precision=3, flag="contrast; 0: all samples everywhere",
+        group="QUALITY", low=0.0, high=0.99, soft_high=0.2, precision=3, on=0.05,
+        flag="contrast; 0: all samples everywhere",
     ),
     Setting(
-        "time_budget", "FLOAT", 0.0, "Time Budget",
+        "time_budget", "FLOAT", 0.0, "Time Limit",
         "Seconds for a frame, EEVEE included. If they are short, samples go first; 0 is no limit",
-        group="QUALITY", low=0.0, soft_high=3600.0, step=100, unit="TIME_ABSOLUTE",
+        group="QUALITY", low=0.0, soft_high=3600.0, step=100, unit="TIME_ABSOLUTE", on=60.0,
         flag="for a frame, EEVEE included; samples go first; 0: no limit",
     ),
     Setting(
@@ -226,7 +229,7 @@ SCENE = (
         group="LIGHT", low=1, high=2_000_000_000, soft_high=100_000_000, flag="for caustics by photons",
     ),
     Setting(
-        "raster_backed", "BOOL", True, "Use EEVEE Pixels",
+        "raster_backed", "BOOL", True, "Use EEVEE Pixels in Reflections",
         "Reflections and refractions reuse EEVEE's own pixels of matte surfaces, and of unsupported nodes",
         group="LIGHT", flag="reuse EEVEE's own pixels in reflections where they are known, or shade everything there",
         changes="SCENE",
@@ -241,7 +244,7 @@ SCENE = (
         group="LIGHT", flag="default: the file's own",
     ),
     Setting(
-        "passes", "FLAGS", frozenset(), "Data Passes", "Passes of the ray traced objects for the compositor",
+        "passes", "FLAGS", frozenset(), "Passes", "Passes of the ray traced objects for the compositor",
         choices=(
             Choice("DEPTH", "Depth", "Distance along the view axis; 1e10 where no ray traced object is", 1),
             Choice("NORMAL", "Normal", "Normal in world space, at pixel centers as depth is", 2),
@@ -268,10 +271,10 @@ SCENE = (
         group="VIEWPORT", changes="PREVIEW", animatable=False,
     ),
     Setting(
-        "preview_budget", "FLOAT", 0.0, "Preview Time",
+        "preview_budget", "FLOAT", 0.0, "Preview Time Limit",
         "Seconds to refine a viewport at rest; 0 goes on until all Samples are taken",
         group="VIEWPORT", low=0.0, high=3600.0, soft_high=60.0, subtype="TIME_ABSOLUTE", changes="PREVIEW",
-        animatable=False,
+        on=3.0, animatable=False,
     ),
     Setting(
         "insets", "BOOL", False, "Insets", "Show mask and traced half as small pictures over the Render Result",

@@ -29,5 +29,5 @@ def draws_freestyle(scene: bpy.types.Scene) -> bool:
 def warnings(scene: bpy.types.Scene) -> list[str]:
     """What of the lines a hybrid picture has not."""
     if scene.hybrid.mode == "FULL" and draws_freestyle(scene):
-        return ["Freestyle draws its lines over EEVEE's picture: there are none in mode Full"]
+        return ["Freestyle draws its lines over EEVEE's picture: there are none where the ray tracer draws everything"]
     return []

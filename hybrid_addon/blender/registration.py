@@ -11,15 +11,29 @@ import bpy
 from . import cli, handlers, preview, session
 from .pipeline import scene_setup, trace_scenes
 from .render import engine, main_thread
-from .ui import advice, insets, operators, panels, picker, properties, translations
+from .ui import (
+    advice,
+    insets,
+    messages,
+    operators,
+    panels,
+    picker,
+    presets,
+    properties,
+    render_panels,
+    translations,
+)
 
 _CLASSES = (
     *properties.CLASSES,
     *operators.CLASSES,
+    *presets.CLASSES,
+    *messages.CLASSES,
     *picker.CLASSES,
     *insets.CLASSES,
     *engine.CLASSES,
     *panels.CLASSES,
+    *render_panels.CLASSES,
     *advice.CLASSES,
 )
 _registered = False

@@ -29,7 +29,7 @@ def ended_warnings(ended: Mapping[str, Any], settings: Settings, names: Sequence
     at: Mapping[int, float] = ended["objects"]
     cutoff = settings.cutoff
     if cutoff > ended["least"] and ended["cutoff"] > sum(at.values()):
-        return [f"{dark}: lower the Cutoff of {cutoff:g}"]
+        return [f"{dark}: lower the Min Light of {cutoff:g}"]
     first = sorted(at, key=lambda number: (-at[number], number))
     told = [names[number] for number in first if number < len(names)]
     told = list(dict.fromkeys(told))  # instances of one object have one name

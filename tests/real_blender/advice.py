@@ -13,7 +13,7 @@ from pathlib import Path
 
 import bpy
 from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.pipeline import scene_setup
-from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.ui import advice, panels
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.ui import advice, panels, render_panels
 
 sys.path.insert(0, os.path.dirname(__file__))
 import window as screen
@@ -38,11 +38,13 @@ def ball(name: str, x: float, b_material: bpy.types.Material) -> None:
     bpy.context.object.data.materials.append(b_material)
 
 
-def opened(panel: type) -> None:
-    """The panel, not closed at first."""
-    bpy.utils.unregister_class(panel)
-    panel.bl_options = set()
-    bpy.utils.register_class(panel)
+def opened(found: list[type]) -> None:
+    """The panels, none closed at first; a parent comes before its children."""
+    for panel in reversed(found):
+        bpy.utils.unregister_class(panel)
+    for panel in found:
+        panel.bl_options = set()
+        bpy.utils.register_class(panel)
 
 
 def arrange() -> None:
@@ -80,10 +82,8 @@ def again() -> None:
         bpy.ops.ed.redo()
         assert names() == {GLASS, MIRROR}, names()
         bpy.ops.screen.area_split(direction="VERTICAL", factor=0.5)
-    for panel in (panels.HYBRID_OBJECT_PT_settings, panels.HYBRID_MATERIAL_PT_settings):
-        opened(panel)
-    for panel in (panels.HYBRID_RENDER_PT_settings, advice.HYBRID_RENDER_PT_advice):
-        opened(panel)
+    every = (*panels.CLASSES, *render_panels.CLASSES, *advice.CLASSES)
+    opened([panel for panel in every if issubclass(panel, bpy.types.Panel)])
     areas = [area for area in window.screen.areas if area.type in {"VIEW_3D", "PROPERTIES"}]
     areas.sort(key=lambda area: (area.x, -area.y))
     for area in areas[:3]:

@@ -4,7 +4,8 @@
 xvfb-blender --python panels.py -- PICTURE.png
 
 Left the Object tab, right the Render tab; both panels opened, as an artist would click, and the interface small enough
-to show them whole.
+to show them whole. Before that all panels are measured at the default width, in English and in German: prints CUT and
+the words that Blender would cut.
 """
 
 import os
@@ -12,34 +13,60 @@ import sys
 
 import bpy
 from bl_ext.user_default import hybrid_addon as hybrid
-from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.ui import advice, panels
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.ui import advice, panels, render_panels
 
 sys.path.insert(0, os.path.dirname(__file__))
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "blender", "ui"))
+import labels
 import window as screen
 
 PICTURE = sys.argv[sys.argv.index("--") + 1]
 
 
-def opened(panel: type) -> None:
-    bpy.utils.unregister_class(panel)
-    panel.bl_options = set()
-    bpy.utils.register_class(panel)
+ALL = [c for room in (panels, render_panels, advice) for c in room.CLASSES if issubclass(c, bpy.types.Panel)]
+
+
+def open_all() -> None:
+    """No panel is closed at first; a parent comes before its children."""
+    for panel in reversed(ALL):
+        bpy.utils.unregister_class(panel)
+    for panel in ALL:
+        panel.bl_options = set()
+        bpy.utils.register_class(panel)
+
+
+def measure() -> None:
+    """Every word of every panel, where Blender draws it at first: in the Properties editor at the right."""
+    window, view = bpy.context.window_manager.windows[0], bpy.context.preferences.view
+    area = next(area for area in window.screen.areas if area.type == "PROPERTIES")
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    cube = bpy.data.objects["Wine Glass"]
+    view.use_translate_interface = True
+    for language in ("en_US", "de_DE"):
+        view.language = language
+        assert language in bpy.app.translations.locale
+        for surface in ("MATERIAL", "CUSTOM"):
+            cube.hybrid.surface = surface
+            with bpy.context.temp_override(window=window, area=area, region=region, object=cube,
+                                           material=cube.active_material):  # fmt: skip
+                found = {panel.__name__: words for panel in ALL if (words := labels.cut(panel, bpy.context))}
+            print("CUT", language, region.width, found, flush=True)
+    view.language = "en_US"
 
 
 def arrange() -> None:
     """Mark a glass, render, and turn the two largest editors into Properties editors."""
     scene = bpy.context.scene
     window = bpy.context.window_manager.windows[0]
-    render = (panels.HYBRID_RENDER_PT_settings, advice.HYBRID_RENDER_PT_advice, panels.HYBRID_RENDER_PT_light,
-              panels.HYBRID_RENDER_PT_passes, panels.HYBRID_RENDER_PT_viewport)  # fmt: skip
-    for panel in (panels.HYBRID_OBJECT_PT_settings, *render):  # a parent before its children
-        opened(panel)
+    open_all()
     scene.render.resolution_x, scene.render.resolution_y, scene.eevee.taa_render_samples = 96, 72, 1
     cube = bpy.data.objects["Cube"]
     cube.name = "Wine Glass"
     hybrid.mark(cube, reflectivity=0.0, opacity=0.0, ior=1.5)
     hybrid.render(scene, samples=4)
     hybrid.enable(scene)
+    measure()
+    bpy.context.preferences.view.ui_scale = 0.75
     view = next(area for area in window.screen.areas if area.type == "VIEW_3D")
     view.type = "PROPERTIES"
     with bpy.context.temp_override(window=window, area=view, region=view.regions[-1]):
@@ -68,5 +95,4 @@ def shoot() -> None:
     os._exit(0)
 
 
-bpy.context.preferences.view.ui_scale = 0.75
 screen.soon(arrange)

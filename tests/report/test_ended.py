@@ -53,7 +53,7 @@ def test_a_small_object_that_is_all_that_is_traced_counts() -> None:
 
 def test_a_cutoff_that_can_be_seen_is_named() -> None:
     (line,) = said(panes(4), cutoff=0.5)
-    assert "lower the Cutoff of 0.5" in line and "Bounces" not in line
+    assert "lower the Min Light of 0.5" in line and "Bounces" not in line
 
 
 def test_the_line_names_where_most_ends_and_counts_the_rest() -> None:

@@ -58,7 +58,7 @@ def against_cycles(bench: Bench) -> list[Table]:
     table = Table(
         f"Equal error: RMSE {target:g} over the {pixels:,} pixels of two spheres, {size[0]}x{size[1]}",
         ["", "samples", "RMSE", "wall s", "cpu s", "times ours"],
-        note=f"Ours: Adaptive Sampling {ADAPTIVE:g}, Cutoff {CUTOFF:g}; translating, building, tracing "
+        note=f"Ours: Noise Threshold {ADAPTIVE:g}, Min Light {CUTOFF:g}; translating, building, tracing "
         "the masked pixels. Cycles: its whole render, transfer of the scene included; 'alone': everything else is held "
         "out within the rectangle around the spheres.",
     )

@@ -25,9 +25,9 @@ def settings_blocks() -> dict[str, str]:
     heads = (
         "Preset",
         "Samples",
-        "Adaptive Sampling",
+        "Noise Threshold",
         "Max Bounces",
-        "Cutoff",
+        "Min Light",
         "Rough Samples",
         "Shadow Samples",
         "Use",

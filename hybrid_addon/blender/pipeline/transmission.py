@@ -12,9 +12,9 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...scene import Expression, Texels
+from ...scene import Expression, Surface, Texels
 from ..sync.image import Images
-from ..sync.material import customised, translate_material
+from ..sync.material import DEFAULT_ROUGHNESS, DEFAULT_SPECULAR, customised, translate_material
 from ..sync.messages import Warnings
 from ..sync.settings import CustomSurface, custom_surface
 from ..sync.sums import singles
@@ -46,10 +46,16 @@ def _transmits(b_material: bpy.types.Material | None, custom: CustomSurface) -> 
         return custom.values is not None and custom.values[0] < 1.0 and custom.values[1] < 1.0
     if custom.values is None and (_is_animated(b_material, "hybrid.") or _has_animated_nodes(b_material.node_tree)):
         return True
-    warn = Warnings()
-    surface = translate_material(b_material, _NoImages(warn), warn)
-    surface = customised(surface, custom.over(custom_surface(b_material)))
+    surface = customised(surface_of(b_material), custom.over(custom_surface(b_material)))
     return any(_is_not(closure.opacity, 1.0) and _is_not(closure.reflectivity, 1.0) for closure in singles(surface))
+
+
+def surface_of(b_material: bpy.types.Material | None) -> Surface:
+    """What the tracer takes from a material's nodes, but for the pixels of images; None: an object that has none."""
+    if b_material is None:
+        return Surface(specular=DEFAULT_SPECULAR, roughness=DEFAULT_ROUGHNESS)
+    warn = Warnings()
+    return translate_material(b_material, _NoImages(warn), warn)
 
 
 def _is_not(value: Any, number: float) -> bool:

@@ -246,7 +246,7 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
     if compositor_setup.feeds_nothing(scene, source):
         warnings.append(f"the compositor does not use view layer '{source.name}': the ray traced half does not show")
     if settings.traced_shadows != "OFF" and settings.caustics == "PHOTONS" and settings.mode == "FULL":
-        warnings.append("Photons light what EEVEE draws, and in mode Full it draws nothing: use Simple caustics there")
+        warnings.append("Photons light what EEVEE draws, and it draws nothing: use Simple caustics")
     warnings += [
         f"{b_id.bl_rna.name.lower()} '{b_id.name}' is a library override; Blender will not save its Hybrid settings: "
         f"tick and untick Ray Traced once in {b_id.override_library.reference.library.filepath}, and save that file"

@@ -111,7 +111,7 @@ def why_not(scene: bpy.types.Scene, thorough: bool = False) -> str:
     if not scene.hybrid.enabled or scene_setup.why_inactive(scene):
         return scene_setup.why_inactive(scene) or "switch Hybrid on and render first"
     if scene_setup.effective_mode(scene) != "HYBRID":
-        return "only in mode Hybrid, with ray traced objects, there is a picture of EEVEE to trace over"
+        return "only where chosen objects are traced, and there are some, there is a picture of EEVEE to trace over"
     known = session.of(scene.name).eevee_half
     if known is None:
         return "there is no render to trace over: press F12 first"

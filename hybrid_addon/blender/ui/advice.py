@@ -4,7 +4,6 @@
 # No `from __future__ import annotations` here: Blender reads the properties from the annotations themselves.
 
 import bpy
-from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import PropertyGroup, WindowManager
@@ -12,6 +11,8 @@ from bpy.types import PropertyGroup, WindowManager
 from ...report.advice import cost
 from .. import api
 from ..errors import HybridError
+from .layout import paragraph
+from .translations import iface, sentence
 
 
 class HybridAdviceRow(PropertyGroup):
@@ -98,12 +99,10 @@ class HYBRID_UL_advice(bpy.types.UIList):
             row.label(text=item.name, icon="GHOST_DISABLED")
             return
         row.prop(b_object.hybrid, "ray_traced", text="")
-        split = row.split(factor=0.55)
-        split.label(text=item.name, translate=False)
-        numbers = split.row()
-        numbers.alignment = "RIGHT"
-        numbers.label(text=f"{item.coverage * 100:.1f} %")
-        numbers.label(text=cost({"seconds": item.seconds}))
+        row.label(text=item.name, translate=False)
+        number = row.row()
+        number.alignment = "RIGHT"
+        number.label(text=cost({"seconds": item.seconds}).removeprefix("about "), translate=False)
 
 
 class HYBRID_RENDER_PT_advice(bpy.types.Panel):
@@ -112,30 +111,26 @@ class HYBRID_RENDER_PT_advice(bpy.types.Panel):
     bl_region_type = "WINDOW"
     bl_context = "render"
     bl_parent_id = "HYBRID_RENDER_PT_settings"
-    bl_options = {"DEFAULT_CLOSED"}
     bl_order = 1
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         advice = context.window_manager.hybrid_advice
-        layout.operator("hybrid.advise", icon="VIEWZOOM")
+        layout.operator("hybrid.advise", text="Analyse", icon="VIEWZOOM")
         if advice.scene != context.scene.name:
             return
         if not advice.rows:
-            layout.label(text="No object here needs rays", icon="CHECKMARK")
-            layout.label(text="Rough surfaces are left to EEVEE", icon="BLANK1")
+            paragraph(layout, context, iface("No object here needs rays"), icon="CHECKMARK")
+            paragraph(layout, context, iface("Rough surfaces are left to EEVEE"))
             return
         layout.template_list("HYBRID_UL_advice", "", advice, "rows", advice, "active", rows=3)
-        column = layout.column(align=True)
         if 0 <= advice.active < len(advice.rows):
-            for reason in advice.rows[advice.active].why.splitlines():
-                column.label(text=reason[0].upper() + reason[1:], icon="DOT")
+            row = advice.rows[advice.active]
+            paragraph(layout, context, sentence(row.name + ": " + "; ".join(row.why.splitlines())))
         layout.operator("hybrid.flag_advised", icon="CHECKMARK")
         total = sum(row.seconds for row in advice.rows)
-        column = layout.column(align=True)
-        text = iface_("All of them: {}, {:.2g} s to build").format(cost({"seconds": total}), advice.build)
-        column.label(text=text, translate=False)
-        column.label(text="An estimate from a coarse picture traced here")
+        text = iface("All of them: {}, {:.2g} s to build").format(cost({"seconds": total}), advice.build)
+        paragraph(layout, context, text + ". " + iface("An estimate from a coarse picture traced here"))
 
 
 CLASSES = (

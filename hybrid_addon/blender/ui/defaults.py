@@ -41,5 +41,9 @@ def stamp(*scenes: bpy.types.Scene) -> None:
 def _is_ours(scene: bpy.types.Scene) -> bool:
     """Whether it can be written to, and anything of ours has been set in it."""
     settings = scene.hybrid
-    names = (p.identifier for p in settings.bl_rna.properties if p.identifier not in {"rna_type", "name", "version"})
+    names = (
+        p.identifier
+        for p in settings.bl_rna.properties
+        if p.identifier not in {"rna_type", "name", "version"} and not p.is_skip_save  # ticks hold nothing themselves
+    )
     return scene.library is None and any(settings.is_property_set(name) for name in names)

@@ -8,64 +8,10 @@ from collections.abc import Iterable
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
-from ...presets import QUALITY
 from .. import flags
-from ..api import GEOMETRY, mark
+from ..api import GEOMETRY
 from ..errors import HybridError
 from ..render import retrace
-
-# name: (reflectivity, opacity, ior, dispersion, tooltip). IOR of glass and water at 589 nm, 20 C; of diamond 2.417,
-# Abbe number 55.
-PRESETS = {
-    "MIRROR": ("Mirror", 1.0, 1.0, 1.5, 0.0, "Reflects everything"),
-    "GLASS": ("Glass", 0.0, 0.0, 1.5, 0.0, "Clear glass: IOR 1.5"),
-    "WATER": ("Water", 0.0, 0.0, 1.333, 0.0, "Clear water: IOR 1.333"),
-    "DIAMOND": ("Diamond", 0.0, 0.0, 2.417, 0.362, "Diamond: IOR 2.417, and its fire (Abbe number 55)"),
-}
-
-
-class HYBRID_OT_surface_preset(bpy.types.Operator):
-    bl_idname = "hybrid.surface_preset"
-    bl_label = "Surface Preset"
-    bl_description = "Make the selected objects ray traced, with the values of a common surface"
-    bl_options = {"REGISTER", "UNDO"}
-
-    preset: bpy.props.EnumProperty(  # type: ignore[valid-type]
-        name="Preset",
-        items=[(key, name, tooltip) for key, (name, *_, tooltip) in PRESETS.items()],
-    )
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        if context.object is not None and context.object.type in GEOMETRY:
-            return True
-        cls.poll_message_set("Select an object with a surface")
-        return False
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        _, reflectivity, opacity, ior, dispersion, _ = PRESETS[self.preset]
-        chosen = {context.object, *context.selected_objects}
-        for b_object in chosen:
-            if b_object.type in GEOMETRY and b_object.library is None:
-                mark(b_object, reflectivity=reflectivity, opacity=opacity, ior=ior, dispersion=dispersion)
-        return {"FINISHED"}
-
-
-class HYBRID_OT_quality_preset(bpy.types.Operator):
-    bl_idname = "hybrid.quality_preset"
-    bl_label = "Quality Preset"
-    bl_description = "Set everything that makes the picture better or faster together"
-    bl_options = {"REGISTER", "UNDO"}
-
-    preset: bpy.props.EnumProperty(  # type: ignore[valid-type]
-        name="Preset",
-        items=[(key, name, tooltip) for key, (name, tooltip, _) in QUALITY.items()],
-    )
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        for name, value in QUALITY[self.preset][2].values().items():
-            setattr(context.scene.hybrid, name, value)
-        return {"FINISHED"}
 
 
 def _surfaces(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Object]:
@@ -101,7 +47,7 @@ class HYBRID_OT_ray_traced_set(bpy.types.Operator):
 
 class HYBRID_OT_copy_to_selected(bpy.types.Operator):
     bl_idname = "hybrid.copy_to_selected"
-    bl_label = "Copy Ray Tracing to Selected"
+    bl_label = "Copy Hybrid to Selected"
     bl_description = "Give the selected objects the active object's tick, surface and values"
     bl_options = {"REGISTER", "UNDO"}
 
@@ -216,8 +162,6 @@ class HYBRID_OT_retrace(bpy.types.Operator):
 
 
 CLASSES = (
-    HYBRID_OT_surface_preset,
-    HYBRID_OT_quality_preset,
     HYBRID_OT_ray_traced_set,
     HYBRID_OT_copy_to_selected,
     HYBRID_OT_select_ray_traced,

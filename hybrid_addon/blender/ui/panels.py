@@ -1,36 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Panels: Ray Tracing of objects, materials, collections; Hybrid of the scene; and entries in Blender's menus."""
+"""Panels named Hybrid of objects, materials, collections and the Image Editor; and entries in Blender's menus."""
 
 from __future__ import annotations
 
 import bpy
 
-from ...report.frame import summary
-from .. import preview, session
+from .. import preview
 from ..api import GEOMETRY
 from ..flags import Flags
 from ..pipeline import scene_setup
-from . import picker
+from ..pipeline.transmission import surface_of
+from . import messages, picker
+from .layout import field, paragraph
+from .presets import HYBRID_PT_surface_presets
+from .render_panels import COMPAT_ENGINES
+from .surface_words import described
+from .translations import CONTEXT, iface
 
-COMPAT_ENGINES = {"BLENDER_EEVEE", "BLENDER_EEVEE_NEXT"}
-
-
-class HYBRID_MT_surface_presets(bpy.types.Menu):
-    bl_label = "Surface Presets"
-
-    def draw(self, _context: bpy.types.Context) -> None:
-        self.layout.operator_enum("hybrid.surface_preset", "preset")
-
-
-class HYBRID_MT_quality_presets(bpy.types.Menu):
-    bl_label = "Quality Presets"
-
-    def draw(self, _context: bpy.types.Context) -> None:
-        self.layout.operator_enum("hybrid.quality_preset", "preset")
+MATERIALS_SHOWN = 3
+"""Of an object with many materials, in its panel."""
 
 
 class HYBRID_OBJECT_PT_settings(bpy.types.Panel):
-    bl_label = "Ray Tracing"
+    bl_label = "Hybrid"
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "object"
@@ -44,25 +36,27 @@ class HYBRID_OBJECT_PT_settings(bpy.types.Panel):
         self.layout.prop(context.object.hybrid, "ray_traced", text="")
 
     def draw_header_preset(self, _context: bpy.types.Context) -> None:
-        self.layout.menu("HYBRID_MT_surface_presets", text="", icon="PRESET")
+        HYBRID_PT_surface_presets.draw_panel_header(self.layout)
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        layout.use_property_split = True
-        settings = context.object.hybrid
-        ray_traced = Flags(context.scene).is_ray_traced(context.object)
-        layout.active = ray_traced
-        _draw_surface(layout, settings)
-        if ray_traced and not settings.ray_traced:
-            layout.label(text="Ray traced by its collection", icon="OUTLINER_COLLECTION")
+        layout, b_object = self.layout, context.object
+        settings = b_object.hybrid
+        ray_traced = Flags(context.scene).is_ray_traced(b_object)
         if ray_traced and not context.scene.hybrid.enabled:
-            row = layout.row()
-            row.label(text="Hybrid is off in this scene", icon="INFO")
-            row.prop(context.scene.hybrid, "enabled", text="Enable", toggle=True)
+            paragraph(layout, context, iface("Hybrid is off in this scene"), icon="INFO")
+            layout.prop(context.scene.hybrid, "enabled", text="Switch On", toggle=True)
+        if ray_traced and not settings.ray_traced:
+            paragraph(layout, context, iface("Ray traced by its collection"), icon="OUTLINER_COLLECTION")
+        column = layout.column()
+        column.active = ray_traced
+        _draw_surface(column, context, settings)
+        if settings.surface == "MATERIAL":
+            _draw_materials(column, context, b_object)
+        field(column, context, settings, "dispersion")
 
 
 class HYBRID_MATERIAL_PT_settings(bpy.types.Panel):
-    bl_label = "Ray Tracing"
+    bl_label = "Hybrid"
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "material"
@@ -73,15 +67,19 @@ class HYBRID_MATERIAL_PT_settings(bpy.types.Panel):
         return context.engine in COMPAT_ENGINES and context.material is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        layout.use_property_split = True
-        _draw_surface(layout, context.material.hybrid)
+        layout, b_material = self.layout, context.material
+        settings = b_material.hybrid
         if context.object is not None and context.object.hybrid.surface == "CUSTOM":
-            layout.label(text="The object's own Custom values are used", icon="INFO")
+            paragraph(layout, context, iface("The object's own Custom values are used"), icon="INFO")
+        _draw_surface(layout, context, settings)
+        if settings.surface == "MATERIAL":
+            for line in described(surface_of(b_material)):
+                paragraph(layout, context, line)
+        field(layout, context, settings, "dispersion")
 
 
 class HYBRID_COLLECTION_PT_settings(bpy.types.Panel):
-    bl_label = "Ray Tracing"
+    bl_label = "Hybrid"
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "collection"
@@ -90,24 +88,42 @@ class HYBRID_COLLECTION_PT_settings(bpy.types.Panel):
     def poll(cls, context: bpy.types.Context) -> bool:
         return context.engine in COMPAT_ENGINES and context.collection is not None
 
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.collection.hybrid, "ray_traced", text="")
+
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        layout.use_property_split = True
-        layout.prop(context.collection.hybrid, "ray_traced")
+        layout, collection = self.layout, context.collection
+        if not collection.hybrid.ray_traced:
+            text = iface("Its objects follow their own ticks")
+        else:
+            count = sum(b_object.type in GEOMETRY for b_object in collection.all_objects)
+            text = iface("All objects in here are ray traced: {}").format(count)
+        paragraph(layout, context, text)
 
 
-def _draw_surface(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
-    """Where the values come from, and the values."""
-    layout.prop(settings, "surface")
-    column = layout.column()
-    column.active = settings.surface == "CUSTOM"
-    for name in ("reflectivity", "opacity", "ior"):
-        column.prop(settings, name)
-    layout.prop(settings, "dispersion")
+def _draw_surface(layout: bpy.types.UILayout, context: bpy.types.Context, settings: bpy.types.PropertyGroup) -> None:
+    """Where the values come from, and the values if they are these."""
+    field(layout, context, settings, "surface")
+    if settings.surface == "CUSTOM":
+        for name in ("reflectivity", "opacity", "ior"):
+            field(layout, context, settings, name)
+
+
+def _draw_materials(layout: bpy.types.UILayout, context: bpy.types.Context, b_object: bpy.types.Object) -> None:
+    """What its materials say: the values that are used."""
+    materials = list(dict.fromkeys(b_slot.material for b_slot in b_object.material_slots))
+    for b_material in materials[:MATERIALS_SHOWN] or [None]:
+        if len(materials) > 1:
+            layout.label(text=b_material.name if b_material else "", icon="MATERIAL", translate=False)
+        for line in described(surface_of(b_material)):
+            paragraph(layout, context, line)
+    if len(materials) > MATERIALS_SHOWN:
+        text = iface("and {} more materials").format(len(materials) - MATERIALS_SHOWN)
+        paragraph(layout, context, text)
 
 
 class HYBRID_MT_object(bpy.types.Menu):
-    bl_label = "Ray Tracing"
+    bl_label = "Hybrid"
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = self.layout
@@ -122,117 +138,6 @@ class HYBRID_MT_object(bpy.types.Menu):
         layout.operator("hybrid.advise")
 
 
-class HYBRID_RENDER_PT_settings(bpy.types.Panel):
-    bl_label = "Hybrid"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "render"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine in {*COMPAT_ENGINES, scene_setup.ENGINE} or context.scene.hybrid.enabled
-
-    def draw_header(self, context: bpy.types.Context) -> None:
-        self.layout.prop(context.scene.hybrid, "enabled", text="")
-
-    def draw_header_preset(self, _context: bpy.types.Context) -> None:
-        self.layout.menu("HYBRID_MT_quality_presets", text="", icon="PRESET")
-
-    def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        layout.use_property_split = True
-        scene = context.scene
-        settings = scene.hybrid
-        problem = scene_setup.why_inactive(scene)
-        layout.active = settings.enabled or bool(problem)
-        if problem and (settings.enabled or context.engine == scene_setup.ENGINE):
-            _draw_problem(layout, scene, problem)
-        layout.prop(settings, "mode")
-        column = layout.column()
-        for name in ("samples", "max_depth", "adaptive", "cutoff", "time_budget"):
-            column.prop(settings, name)
-        layout.operator("hybrid.retrace", icon="FILE_REFRESH")
-        report = session.of(scene.name).report
-        if report:
-            column = layout.column(align=True)
-            for line in summary(report):
-                column.label(text=line)
-
-
-class SettingsPanel:
-    """What the panels within Hybrid have in common; grey where Hybrid is off."""
-
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "render"
-    bl_parent_id = "HYBRID_RENDER_PT_settings"
-    bl_options = {"DEFAULT_CLOSED"}
-    layout: bpy.types.UILayout
-
-    def begin(self, context: bpy.types.Context) -> tuple[bpy.types.UILayout, bpy.types.PropertyGroup]:
-        """The layout to draw into, and the scene's settings."""
-        self.layout.use_property_split = True
-        self.layout.active = context.scene.hybrid.enabled
-        return self.layout, context.scene.hybrid
-
-
-class HYBRID_RENDER_PT_light(SettingsPanel, bpy.types.Panel):
-    bl_label = "Light"
-    bl_order = 2
-
-    def draw(self, context: bpy.types.Context) -> None:
-        layout, settings = self.begin(context)
-        layout.prop(settings, "light_falloff")
-        layout.prop(settings, "raster_backed")
-        layout.prop(settings, "shadow_samples")
-        layout.prop(settings, "rough_samples")
-        layout.prop(settings, "occlusion_samples")
-        column = layout.column()
-        column.active = settings.enabled and settings.occlusion_samples > 0
-        column.prop(settings, "occlusion_distance")
-        layout.prop(settings, "traced_shadows")
-        column = layout.column()
-        column.active = settings.enabled and settings.traced_shadows != "OFF"
-        column.prop(settings, "caustics")
-        if settings.caustics == "PHOTONS":
-            column.prop(settings, "photons")
-
-
-class HYBRID_RENDER_PT_passes(SettingsPanel, bpy.types.Panel):
-    bl_label = "Data Passes"
-    bl_order = 3
-
-    def draw(self, context: bpy.types.Context) -> None:
-        layout, settings = self.begin(context)
-        layout.use_property_split = False
-        layout.column(align=True).prop(settings, "passes")
-
-
-class HYBRID_RENDER_PT_viewport(SettingsPanel, bpy.types.Panel):
-    bl_label = "Viewport Preview"
-    bl_order = 4
-
-    def draw_header(self, context: bpy.types.Context) -> None:
-        self.layout.prop(context.scene.hybrid, "preview", text="")
-
-    def draw(self, context: bpy.types.Context) -> None:
-        layout, settings = self.begin(context)
-        layout.active = settings.enabled and settings.preview
-        layout.prop(settings, "preview_budget")
-
-
-def _draw_problem(layout: bpy.types.UILayout, scene: bpy.types.Scene, problem: str) -> None:
-    """Why Hybrid does nothing here, and the way out where it is one click."""
-    if scene.library is not None or scene_setup.is_trace_scene(scene):
-        layout.label(text=problem[0].upper() + problem[1:], icon="ERROR")
-        return
-    row = layout.row()
-    row.use_property_split = False
-    row.label(text="EEVEE draws the other half", icon="ERROR")
-    row.prop_enum(scene.render, "engine", scene_setup.eevee())
-
-
 class HYBRID_IMAGE_PT_settings(bpy.types.Panel):
     bl_label = "Hybrid"
     bl_space_type = "IMAGE_EDITOR"
@@ -244,26 +149,33 @@ class HYBRID_IMAGE_PT_settings(bpy.types.Panel):
         return context.scene.hybrid.enabled and picker.shows_render(context.space_data)
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        layout.use_property_split = True
+        layout, settings = self.layout, context.scene.hybrid
+        messages.draw_state(layout, context)
         layout.operator("hybrid.retrace", icon="FILE_REFRESH")
-        layout.operator("hybrid.explain_pixel", icon="EYEDROPPER")
-        layout.prop(context.scene.hybrid, "shown")
-        layout.prop(context.scene.hybrid, "insets")
+        layout.operator("hybrid.explain_pixel", text="Why This Pixel?", icon="EYEDROPPER")
+        field(layout, context, settings, "shown")
+        field(layout, context, settings, "insets")
+
+
+class HYBRID_IMAGE_PT_report(bpy.types.Panel):
+    bl_label = "Report"
+    bl_translation_context = CONTEXT
+    bl_space_type = "IMAGE_EDITOR"
+    bl_region_type = "UI"
+    bl_category = "Hybrid"
+    bl_parent_id = "HYBRID_IMAGE_PT_settings"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        messages.draw_report(self.layout, context)
 
 
 CLASSES = (
-    HYBRID_MT_surface_presets,
-    HYBRID_MT_quality_presets,
     HYBRID_MT_object,
     HYBRID_OBJECT_PT_settings,
     HYBRID_MATERIAL_PT_settings,
     HYBRID_COLLECTION_PT_settings,
-    HYBRID_RENDER_PT_settings,
-    HYBRID_RENDER_PT_light,
-    HYBRID_RENDER_PT_passes,
-    HYBRID_RENDER_PT_viewport,
     HYBRID_IMAGE_PT_settings,
+    HYBRID_IMAGE_PT_report,
 )
 
 

@@ -107,6 +107,53 @@ def _made(setting: Setting) -> Any:
     return _PROPERTIES[setting.kind](**given)
 
 
+def _switch(setting: Setting) -> Any:
+    """A tick for a number whose 0 means off. It holds nothing itself: unticked the number is 0, and comes back."""
+    name = setting.name
+
+    def get(settings: Any) -> bool:
+        return bool(getattr(settings, name) > 0)
+
+    def put(settings: Any, on: bool) -> None:
+        value = getattr(settings, name)
+        key = (settings.id_data.session_uid, name)
+        if value > 0:
+            _last[key] = value
+        setattr(settings, name, _last.get(key, setting.on) if on else 0.0)
+
+    return BoolProperty(name=setting.label, description=setting.description, get=get, set=put, options=HIDDEN)
+
+
+def _member(setting: Setting, number: int) -> Any:
+    """A tick for one of a set of choices."""
+    choice = setting.choices[number]
+
+    def get(settings: Any) -> bool:
+        return choice.key in getattr(settings, setting.name)
+
+    def put(settings: Any, on: bool) -> None:
+        chosen = getattr(settings, setting.name)
+        setattr(settings, setting.name, chosen | {choice.key} if on else chosen - {choice.key})
+
+    return BoolProperty(name=choice.label, description=choice.description, get=get, set=put, options=HIDDEN)
+
+
+HIDDEN = {"HIDDEN", "SKIP_SAVE"}
+"""Options of what stands for another property: it is in no list of properties, and in no file."""
+
+_last: dict[tuple[int, str], float] = {}
+"""Of (scene, setting) the number before it was switched off."""
+
+
+def ticks(settings: Iterable[Setting]) -> dict[str, Any]:
+    """Annotations of the ticks that panels show: `use_NAME` beside a number whose 0 is off, `pass_NAME` of passes."""
+    made_ticks = {f"use_{setting.name}": _switch(setting) for setting in settings if setting.on}
+    for setting in settings:
+        if setting.kind == "FLAGS":
+            made_ticks |= {f"pass_{key.lower()}": _member(setting, i) for i, key in enumerate(setting.keys)}
+    return made_ticks
+
+
 class SurfaceValues:
     """The numbers that an object or a material may have of its own. Blender finds them in base classes, too."""
 
@@ -219,6 +266,6 @@ class HybridSceneSettings(PropertyGroup):
         del Scene.hybrid
 
 
-HybridSceneSettings.__annotations__ = {**made(SCENE), **HybridSceneSettings.__annotations__}
+HybridSceneSettings.__annotations__ = {**made(SCENE), **ticks(SCENE), **HybridSceneSettings.__annotations__}
 
 CLASSES = (HybridObjectSettings, HybridMaterialSettings, HybridCollectionSettings, HybridSceneSettings)

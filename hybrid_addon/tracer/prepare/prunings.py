@@ -54,13 +54,17 @@ PRUNINGS = (
     Pruning("any-hit", "exact if", "the nearest hit along shadow rays", "nothing is hit, or all is opaque", "rays"),
     Pruning("absorption", "exact if", "absorption on the way of rays", "no closed body absorbs"),
     Pruning(
-        "cutoff", "bounded", "rays that contribute little", "Cutoff is above 0: no sample loses more than that", "rays"
+        "cutoff",
+        "bounded",
+        "rays that contribute little",
+        "Min Light is above 0: no sample loses more than that",
+        "rays",
     ),
     Pruning(
         "faint-light",
         "bounded",
         "light that contributes little",
-        "Cutoff is above 0: light is a small part of it",
+        "Min Light is above 0: light is a small part of it",
         "rays",
     ),
     Pruning(

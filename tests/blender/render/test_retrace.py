@@ -149,7 +149,7 @@ CHANGES = {
     "a lamp": (lambda s: setattr(bpy.data.lights[0], "energy", 3.0), "'Light'"),
     "EEVEE's samples": (lambda s: setattr(s.eevee, "taa_render_samples", 3), "settings"),
     "the frame": (lambda s: s.frame_set(7), "frame"),
-    "the mode": (lambda s: setattr(s.hybrid, "mode", "FULL"), "mode Hybrid"),
+    "the mode": (lambda s: setattr(s.hybrid, "mode", "FULL"), "chosen objects are traced"),
     "an object gone": (lambda s: bpy.data.objects.remove(bpy.data.objects["Floor"]), "'Floor'|'Plane'"),
     "the world": (lambda s: setattr(s, "world", None), "settings"),
 }  # fmt: skip

@@ -14,14 +14,15 @@ import pytest
 
 import hybrid_addon
 from hybrid_addon.blender import registration
-from hybrid_addon.blender.ui import translations
+from hybrid_addon.blender.ui import layout, translations
 
 pytestmark = pytest.mark.blender
 FOLDER = Path(hybrid_addon.__file__).parent / "blender"
-LITERAL = r'\b(?:text=|heading=|title=|poll_message_set\(|iface_\(|rpt_\()"((?:[^"\\]|\\.)+)"'
+LITERAL = r'\b(?:text=|heading=|title=|poll_message_set\(|iface_?\(|rpt_\(|\bn_\()\s*"((?:[^"\\]|\\.)+)"'
 OWN = (bpy.types.PropertyGroup, bpy.types.Operator, bpy.types.Panel, bpy.types.Menu)
 BLENDERS = {"Depth", "Normal", "Shadow", "Samples", "Mask", "None", "Simple", "Threads", "Viewport", "IOR", "Show",
-            "Extend", "Preset", "X", "Y", "Coverage", "Why", "Cost"}  # fmt: skip
+            "Extend", "Preset", "X", "Y", "Coverage", "Why", "Cost", "Roughness", "Sampling", "Light Paths", "Shadows",
+            "Performance", "Passes", "Preview", "Advanced", "Distance", "Ambient Occlusion"}  # fmt: skip
 """Words that Blender has itself, or that stand nowhere."""
 
 
@@ -29,6 +30,7 @@ def words():
     """Everything that the interface shows."""
     found = {literal for path in FOLDER.rglob("*.py")
              for literal in re.findall(LITERAL, path.read_text(encoding="utf-8"))}  # fmt: skip
+    found |= set(layout.BESIDE.values())
     for cls in (c for c in registration._CLASSES if issubclass(c, OWN)):
         found |= {getattr(cls, "bl_label", ""), getattr(cls, "bl_description", "")}
         deferred = [p for base in cls.__mro__ for p in getattr(base, "__annotations__", {}).values()]

@@ -101,7 +101,10 @@ RENDER: Table = {
     **followed("use_motion_blur, motion_blur_shutter, motion_blur_position"),
     **irrelevant(LINKS, "motion_blur_shutter_curve"),
     "use_multiview": Named(
-        "is refused in mode Hybrid; mode Full shows one view", False, rank=FIRST, label="stereoscopy"
+        "is refused where chosen objects are traced; where everything is, one view is shown",
+        False,
+        rank=FIRST,
+        label="stereoscopy",
     ),
     "use_sequencer": Named(
         "replaces the rendered picture: switch Post Processing > Sequencer off", False, _has_strips, FIRST

@@ -1,17 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The words of the interface in other languages. What is not here stays English, as do reports and the command line.
-
-Blender looks up names, labels and descriptions by itself; what is put together from parts goes through `pgettext_iface`
-or `pgettext_rpt` where it is written. To add a language: a dictionary like GERMAN, and a line in LANGUAGES.
-"""
+"""German: English words of the interface -> German ones. Words beside fields are short: see `layout.field`."""
 
 from __future__ import annotations
 
-import bpy
-
 GERMAN = {
     # objects, materials, collections
-    "Ray Tracing": "Raytracing",
     "Ray Traced": "Mit Raytracing",
     "Draw this object with the ray tracer; EEVEE draws everything else": (
         "Dieses Objekt vom Raytracer zeichnen lassen; EEVEE zeichnet alles andere"
@@ -56,7 +49,7 @@ GERMAN = {
     ),
     "Ray traced by its collection": "Raytracing durch die Sammlung",
     "Hybrid is off in this scene": "Hybrid ist in dieser Szene aus",
-    "Enable": "Einschalten",
+    "Switch On": "Einschalten",
     "The object's own Custom values are used": "Es gelten die eigenen Werte des Objekts",
     # presets, menus, operators
     "Surface Preset": "Oberflächenvorgabe",
@@ -92,7 +85,7 @@ GERMAN = {
     "Let EEVEE draw every object of this scene again: clears the ticks of objects and collections": (
         "EEVEE wieder alle Objekte der Szene zeichnen lassen: löscht die Häkchen von Objekten und Sammlungen"
     ),
-    "Copy Ray Tracing to Selected": "Raytracing auf Auswahl kopieren",
+    "Copy Hybrid to Selected": "Hybrid auf Auswahl kopieren",
     "Give the selected objects the active object's tick, surface and values": (
         "Den ausgewählten Objekten Häkchen, Oberfläche und Werte des aktiven Objekts geben"
     ),
@@ -119,15 +112,15 @@ GERMAN = {
     "Draw the ray traced objects of this scene with the ray tracer, composited into EEVEE's picture": (
         "Die Objekte dieser Szene mit Raytracing vom Raytracer zeichnen lassen und in EEVEEs Bild einsetzen"
     ),
-    "EEVEE draws the other half": "Die andere Hälfte zeichnet EEVEE",
-    "Mode": "Modus",
-    "Which renderer draws what": "Welcher Renderer was zeichnet",
+    "Trace": "Verfolgen",
+    "What the ray tracer draws": "Was der Raytracer zeichnet",
+    "Chosen Objects": "Gewählte Objekte",
     "EEVEE draws the scene, the ray tracer draws the ray traced objects": (
         "EEVEE zeichnet die Szene, der Raytracer die Objekte mit Raytracing"
     ),
-    "Raster": "Raster",
+    "Nothing": "Nichts",
     "EEVEE draws everything, as if the add-on were off": "EEVEE zeichnet alles, als wäre das Add-on aus",
-    "Full": "Ganz",
+    "Everything": "Alles",
     "The ray tracer draws every pixel; EEVEE is not used": "Der Raytracer zeichnet jeden Pixel, ohne EEVEE",
     "Samples of each ray traced pixel; 1 is no anti-aliasing": (
         "Strahlen durch jeden Pixel mit Raytracing (Supersampling). 1 schaltet es aus"
@@ -136,23 +129,23 @@ GERMAN = {
     "The most reflections and refractions of a ray": (
         "Wie oft ein Strahl nach der Kamera reflektiert oder gebrochen werden darf"
     ),
-    "Adaptive Sampling": "Adaptives Sampling",
+    "Noise Threshold": "Rauschschwelle",
     "Stop sampling a pixel when its contrast falls below this; 0 is off": (
         "Pixel enden früh, wo Objekte, Wege und, bis auf diesen Kontrast, Farben übereinstimmen; 0 ist aus"
     ),
-    "Cutoff": "Abbruch",
+    "Min Light": "Mindestlicht",
     "Skip rays that contribute less than this share of a sample; 0 traces every ray": (
-        "Anteil seines Lichts, den ein Sample an Strahlen verlieren darf, die wenig brächten; 0 folgt jedem Strahl"
+        "Anteil seines Lichts, den ein Abtastwert an Strahlen verlieren darf, die wenig brächten; 0 folgt jedem Strahl"
     ),
-    "Time Budget": "Zeitbudget",
+    "Time Limit": "Zeitlimit",
     "Seconds for a frame, EEVEE included. If they are short, samples go first; 0 is no limit": (
-        "Sekunden für ein Bild samt EEVEE; was nicht hineinpasst, entfällt, Samples zuerst. 0 ist ohne Grenze"
+        "Sekunden für ein Bild samt EEVEE; was nicht hineinpasst, entfällt, Abtastwerte zuerst. 0 ist ohne Grenze"
     ),
-    "Rough Samples": "Samples für Rauheit",
+    "Rough Samples": "Abtastwerte für Rauheit",
     "Rays per reflection and refraction of rough surfaces; 0 shows the blurred world, no objects": (
         "Strahlen für jede Spiegelung und Brechung von Rauem; 0 zeigt dort die Welt verschwommen, und keine Objekte"
     ),
-    "Occlusion Samples": "Samples für Verdeckung",
+    "Occlusion Samples": "Abtastwerte für Verdeckung",
     "Ambient occlusion rays per hit; 0 is off, as in EEVEE": (
         "Strahlen, die finden, wie viel vom diffusen Licht der Welt in Ecken verdeckt ist; 0 verdeckt nichts, wie EEVEE"
     ),
@@ -160,9 +153,9 @@ GERMAN = {
     "Objects farther away do not occlude; 0 takes the distance of EEVEE's Fast GI, if it has one": (
         "Was weiter weg ist, verdeckt nichts; 0 nimmt die Reichweite von EEVEEs Fast GI, wenn es eine hat"
     ),
-    "Shadow Samples": "Schatten-Samples",
+    "Shadow Samples": "Abtastwerte für Schatten",
     "Shadow rays to each light that has a size, per sample; 0 is hard shadows": (
-        "Strahlen zu jedem Licht mit Ausdehnung, für jedes Sample eines Pixels; 0 zeichnet harte Schatten"
+        "Strahlen zu jedem Licht mit Ausdehnung, für jeden Abtastwert eines Pixels; 0 zeichnet harte Schatten"
     ),
     "Traced Shadows": "Schatten durch Raytracing",
     "Trace the shadows of ray traced objects on what EEVEE draws: glass lets light through": (
@@ -193,7 +186,8 @@ GERMAN = {
     "Photons for the caustics of a frame: more make them less grainy": (
         "Photonen für die Kaustiken eines Bildes: mehr machen sie weniger körnig"
     ),
-    "Use EEVEE Pixels": "EEVEE-Pixel verwenden",
+    "Use EEVEE Pixels in Reflections": "EEVEE-Pixel in Spiegelungen",
+    "Use EEVEE Pixels": "EEVEE-Pixel nutzen",
     "Reflections and refractions reuse EEVEE's own pixels of matte surfaces, and of unsupported nodes": (
         "Spiegelungen und Brechungen zeigen EEVEEs Pixel von matten Oberflächen und nicht verfolgten Nodes"
     ),
@@ -207,13 +201,11 @@ GERMAN = {
     ),
     "Physical": "Physikalisch",
     "Inverse square without an end, as Cycles has it": "Quadratisch und ohne Ende, wie in Cycles",
-    "Light": "Licht",
     "Residual": "Rest",
     "Share of the light that was cut off; the node always has it": (
         "Abgebrochenes Licht, als Anteil; der Node hat es in jedem Fall"
     ),
-    "Viewport Preview": "Vorschau im Ansichtsfenster",
-    "Data Passes": "Datenpässe",
+    "Passes": "Durchgänge",
     "Passes of the ray traced objects for the compositor": "Pässe der Objekte mit Raytracing für den Compositor",
     "Distance along the view axis; 1e10 where no ray traced object is": (
         "Abstand entlang der Blickachse; 1e10, wo kein Objekt mit Raytracing ist"
@@ -233,9 +225,9 @@ GERMAN = {
     "Trace the ray traced objects in rendered viewports as soon as the view rests": (
         "Die Objekte mit Raytracing in gerenderten Ansichten verfolgen, sobald die Ansicht ruht"
     ),
-    "Preview Time": "Vorschauzeit",
+    "Preview Time Limit": "Zeitlimit der Vorschau",
     "Seconds to refine a viewport at rest; 0 goes on until all Samples are taken": (
-        "Sekunden, die eine ruhende Ansicht verfeinert werden darf; 0 macht weiter, bis sie alle Samples hat"
+        "Sekunden, die eine ruhende Ansicht verfeinert werden darf; 0 macht weiter, bis sie alle Abtastwerte hat"
     ),
     # what needs rays
     "What Needs Rays?": "Was braucht Raytracing?",
@@ -279,21 +271,57 @@ GERMAN = {
     "Traced Half": "Verfolgte Hälfte",
     "What the ray tracer drew, times the mask": "Was der Raytracer gezeichnet hat, mal Maske",
     "Share of each pixel that ray traced objects cover": "Anteil jedes Pixels, den Objekte mit Raytracing bedecken",
+    # beside fields, and titles of panels
+    "Bounces": "Abprallungen",
+    "Threshold": "Schwelle",
+    "Traced": "Verfolgt",
+    "Falloff": "Abfall",
+    "Rough Surfaces": "Raue Oberflächen",
+    "IOR": "IOR",
+    "Processor threads for the ray tracer; 0 uses all": "Prozessor-Threads für den Raytracer; 0 nimmt alle",
+    "Keep what is selected": "Behalten, was ausgewählt ist",
+    "Hybrid": "Hybrid",
+    "Analyse": "Analysieren",
+    "Why This Pixel?": "Warum dieser Pixel?",
+    # what a surface is
+    "Solid": "Fest",
+    "Metal": "Metall",
+    "Transparent": "Durchsichtig",
+    "Textured": "Mit Textur",
+    "textured": "mit Textur",
+    "A mix of {} surfaces": "Mischung aus {} Oberflächen",
+    "Neither mirror nor glass: rays change little. Choose a preset, or change the material": (
+        "Weder Spiegel noch Glas: Strahlen ändern wenig. Eine Vorgabe wählen oder das Material ändern"
+    ),
+    "and {} more materials": "und {} weitere Materialien",
+    "Its objects follow their own ticks": "Für ihre Objekte gelten deren Häkchen",
+    "All objects in here are ray traced: {}": "Alle Objekte hierin mit Raytracing: {}",
+    # what a scene lacks, and the report
+    "Hybrid needs EEVEE": "Hybrid braucht EEVEE",
+    "Switch to EEVEE": "Auf EEVEE umstellen",
+    "Render this scene with EEVEE, which draws all that is not ray traced": (
+        "Diese Szene mit EEVEE rendern, das alles ohne Raytracing zeichnet"
+    ),
+    "1 warning: see Report": "1 Warnung: siehe Bericht",
+    "{} warnings: see Report": "{} Warnungen: siehe Bericht",
+    "Report": "Bericht",
+    "Nothing rendered yet": "Noch nichts gerendert",
+    "No object is ray traced: tick Hybrid in an object's properties, or press Analyse": (
+        "Kein Objekt mit Raytracing: Hybrid in den Eigenschaften eines Objekts ankreuzen oder Analysieren drücken"
+    ),
+    "All ray traced objects are hidden in renders: click their camera icons in the Outliner": (
+        "Alle Objekte mit Raytracing sind im Rendering verborgen: ihre Kamerasymbole im Outliner anklicken"
+    ),
+    "No ray traced object was in view in the last render: move the camera, or tick another object": (
+        "Im letzten Rendering war kein Objekt mit Raytracing im Bild: die Kamera bewegen oder ein anderes ankreuzen"
+    ),
+    # saving presets
+    "Add Quality Preset": "Qualitätsvorgabe hinzufügen",
+    "Save the sampling of this scene as a preset, or remove one": (
+        "Die Abtastung dieser Szene als Vorgabe speichern oder eine entfernen"
+    ),
+    "Add Surface Preset": "Oberflächenvorgabe hinzufügen",
+    "Save this object's own values as a preset, or remove one": (
+        "Die eigenen Werte dieses Objekts als Vorgabe speichern oder eine entfernen"
+    ),
 }
-
-LANGUAGES = {"de_DE": GERMAN}
-
-
-def register() -> None:
-    """Give Blender the words, for names and for operators (which have a context of their own)."""
-    contexts = ("*", bpy.app.translations.contexts.operator_default)
-    words = {
-        locale: {(context, english): own for english, own in language.items() for context in contexts}
-        for locale, language in LANGUAGES.items()
-    }
-    bpy.app.translations.register(__package__, words)
-
-
-def unregister() -> None:
-    """Take them away again."""
-    bpy.app.translations.unregister(__package__)
