@@ -133,7 +133,12 @@ def depends_on_eye(surface: Surface) -> bool:
 
 def reads_of_instance(surface: Surface) -> set[str]:
     """Keys of what a surface reads of the instance that wears it."""
-    return {e.data.removeprefix(INSTANCE) for e in expressions_of(surface) if _is_attribute(e, INSTANCE)}
+    return instance_keys(*expressions_of(surface))
+
+
+def instance_keys(*values: object) -> set[str]:
+    """Keys of what values ask of the instance."""
+    return {e.data.removeprefix(INSTANCE) for e in walk(*values) if _is_attribute(e, INSTANCE)}
 
 
 def _is_attribute(e: Expression, kind: str) -> bool:

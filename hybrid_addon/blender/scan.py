@@ -150,13 +150,15 @@ def translated(
 
     size, light_falloff : others than the scene's.   Raises HybridError, UnsupportedError.
     """
+    from ..tracer.materials.textures import sample_texture
     from .sync import translate
 
     width, height = size or full_size(scene)
     falloff = light_falloff or scene.hybrid.light_falloff
 
     def work(depsgraph: bpy.types.Depsgraph) -> Translation:
-        return translate(depsgraph, scene, (width, height), (0, 0, width, height), light_falloff=falloff)
+        window = (0, 0, width, height)
+        return translate(depsgraph, scene, (width, height), window, light_falloff=falloff, sample=sample_texture)
 
     with _in_one_line():
         found, other = evaluated.look(scene, work), evaluated.differs(scene)

@@ -13,12 +13,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 import bpy
-from numpy.typing import NDArray
 
 from ..clock import Clock
-from ..scene import Float32, Texture, TriangleMesh
+from ..scene import Float32, TriangleMesh
 from .sync import MeshCache
-from .sync.displacement import use_sampler
 
 if TYPE_CHECKING:
     from ..tracer import SceneCache
@@ -50,15 +48,6 @@ def _trees() -> SceneCache:
     from ..tracer import SceneCache  # a missing library must not keep Blender from loading the add-on
 
     return SceneCache()
-
-
-def _sample(texture: Texture, u: NDArray[Any], v: NDArray[Any]) -> Float32:
-    from ..tracer.materials.textures import sample_texture  # likewise
-
-    return sample_texture(texture, u, v)
-
-
-use_sampler(_sample)
 
 
 @dataclass(eq=False)

@@ -22,6 +22,7 @@ from ...measure.stability import CASES, Case, Measured, Theme, page, run, to_jso
 from ...measure.stability.build import shoot
 from ...measure.stability.compare import films_differ, largest
 from ...scene import Film
+from ...tracer.materials.textures import sample_texture
 from .. import files
 from ..errors import HybridError
 from ..render import engine
@@ -100,7 +101,7 @@ def seen(b_scene: bpy.types.Scene) -> Film:
     """The scene as it is now, translated afresh and traced."""
     b_layer = b_scene.view_layers[0]
     b_layer.update()
-    scene = translate(b_layer.depsgraph, b_scene, SIZE, (0, 0, *SIZE)).scene
+    scene = translate(b_layer.depsgraph, b_scene, SIZE, (0, 0, *SIZE), sample=sample_texture).scene
     return shoot(scene, max_depth=3)
 
 

@@ -96,7 +96,7 @@ def traces_shadows(scene: bpy.types.Scene) -> bool:
     choice = scene.hybrid.traced_shadows
     if choice == "OFF" or effective_mode(scene) != "HYBRID":
         return False
-    return choice == "ON" or scene.hybrid.caustics != "NONE" or transmit(ray_traced_objects(scene))
+    return choice == "ON" or scene.hybrid.caustics != "NONE" or transmit(scene, ray_traced_objects(scene))
 
 
 def needs_albedo(scene: bpy.types.Scene) -> bool:

@@ -13,17 +13,19 @@ import bpy
 import numpy as np
 
 from ...scene import Expression, Surface, Texels
+from ..sync.camera import matrix_without_scale
 from ..sync.image import Images
 from ..sync.material import DEFAULT_ROUGHNESS, DEFAULT_SPECULAR, customised, translate_material
 from ..sync.messages import Warnings
 from ..sync.settings import CustomSurface, custom_surface
 from ..sync.sums import singles
+from ..sync.texture import FrameFacts, facts_of
 
 Shown = tuple[bpy.types.Object | None, bpy.types.Material | None]  # a material that nodes assign has no object
 
 
-def transmit(objects: Iterable[bpy.types.Object]) -> bool:
-    """Whether any of these ray traced objects, or of what they instance, may let light through."""
+def transmit(scene: bpy.types.Scene, objects: Iterable[bpy.types.Object]) -> bool:
+    """Whether any of these ray traced objects of a scene, or of what they instance, may let light through."""
     known: dict[tuple[str, CustomSurface], bool] = {}
     for b_owner in objects:
         if b_owner.hide_render and not _is_animated(b_owner, "hide_render"):
@@ -35,27 +37,36 @@ def transmit(objects: Iterable[bpy.types.Object]) -> bool:
                 return True
             key = (b_material.name_full if b_material else "", custom_surface(wearer))
             if key not in known:
-                known[key] = _transmits(b_material, key[1])
+                known[key] = _transmits(b_material, key[1], scene)
             if known[key]:
                 return True
     return False
 
 
-def _transmits(b_material: bpy.types.Material | None, custom: CustomSurface) -> bool:
+def _frame(scene: bpy.types.Scene) -> FrameFacts:
+    """As the scene stands."""
+    b_camera = scene.camera
+    if b_camera is None or b_camera.type != "CAMERA":
+        return facts_of(scene, np.eye(4))
+    return facts_of(scene, matrix_without_scale(b_camera), b_camera.data.type == "ORTHO")
+
+
+def _transmits(b_material: bpy.types.Material | None, custom: CustomSurface, scene: bpy.types.Scene) -> bool:
     if b_material is None:
         return custom.values is not None and custom.values[0] < 1.0 and custom.values[1] < 1.0
     if custom.values is None and (_is_animated(b_material, "hybrid.") or _has_animated_nodes(b_material.node_tree)):
         return True
-    surface = customised(surface_of(b_material), custom.over(custom_surface(b_material)))
+    surface = customised(surface_of(b_material, scene), custom.over(custom_surface(b_material)))
     return any(_is_not(closure.opacity, 1.0) and _is_not(closure.reflectivity, 1.0) for closure in singles(surface))
 
 
-def surface_of(b_material: bpy.types.Material | None) -> Surface:
-    """What the tracer takes from a material's nodes, but for the pixels of images; None: an object that has none."""
+def surface_of(b_material: bpy.types.Material | None, scene: bpy.types.Scene) -> Surface:
+    """What the tracer takes from a material's nodes in a scene as it stands, but for the pixels of images; None: an
+    object that has none."""
     if b_material is None:
         return Surface(specular=DEFAULT_SPECULAR, roughness=DEFAULT_ROUGHNESS)
     warn = Warnings()
-    return translate_material(b_material, _NoImages(warn), warn)
+    return translate_material(b_material, _NoImages(warn), warn, _frame(scene))
 
 
 def _is_not(value: Any, number: float) -> bool:

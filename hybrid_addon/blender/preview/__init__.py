@@ -209,6 +209,7 @@ def _start(viewport: _Viewport) -> Job | None:
 
 
 def _translate(scene: bpy.types.Scene, view: View) -> Any:
+    from ...tracer.materials.textures import sample_texture
     from ..sync import MeshCache, translate
 
     if _preview.translated is None or _preview.translated[:2] != (_preview.edits, scene.name):
@@ -218,6 +219,7 @@ def _translate(scene: bpy.types.Scene, view: View) -> Any:
         translation = translate(
             depsgraph, scene, (1, 1), (0, 0, 1, 1),
             light_falloff=scene.hybrid.light_falloff, camera=view.camera(1), kept=_preview.caches[1].meshes,
+            sample=sample_texture,
         )  # fmt: skip
         _preview.translated = (_preview.edits, scene.name, translation.scene)
     return _preview.translated[2]

@@ -130,6 +130,7 @@ def trace_frame(
     """
     from ...compositor import black_out, lay_over, light_up, premultiply, see_through, shade
     from ...tracer import trace
+    from ...tracer.materials.textures import sample_texture
     from ..sync import translate
 
     own = session.of(scene.name)
@@ -150,8 +151,9 @@ def trace_frame(
 
     clock, left = Clock(), session.caches_of(scene.name)
     translated = partial(
-        translate, depsgraph, scene, resolution, window, light_falloff=scene.hybrid.light_falloff, kept=left.meshes
-    )
+        translate, depsgraph, scene, resolution, window, light_falloff=scene.hybrid.light_falloff, kept=left.meshes,
+        sample=sample_texture,
+    )  # fmt: skip
     translation = _stage(progress, "Translating the scene", translated)
     timing["translate"] = clock.read()
     if held is not None:

@@ -4,14 +4,18 @@
     camera.py light.py world.py     those three, with their units
     objects.py                      which objects appear where, and what they wear
     mesh.py strands.py tubes.py     evaluated meshes -> arrays; hair, curves and points -> thin triangles
-    material.py shaders.py conductor.py volume.py    node trees and Custom settings -> Surface
+    material.py shaders.py volume.py    node trees and Custom settings -> Surface
     values.py value_nodes.py texture_nodes.py object_nodes.py    nodes of numbers and colours -> expressions
     object_values.py                what surfaces read of the object that wears them
     texture.py image.py sky.py      image nodes -> Texture, images (image_file.py) and skies -> texels
-    kept.py motion.py               what one frame leaves for the next; what is likely to change until then
+    displacement.py attributes.py   meshes moved by their materials; data of their corners
+    lobes.py sums.py conductor.py   groups of a shader's inputs; Mix and Add Shader; metals of measured n and k
+    light_strength.py linking.py    what holds for all lights; which lights light what
+    cache.py likely_to_move.py      what one frame leaves for the next; what is likely to change until then
+    skybake.py                      the script of the Blender that draws a sky
     nodes.py                        walking back through node links
     settings.py messages.py         the artist's settings; what he is told
-    coverage/ light_strength.py     what is followed and what is named, setting by setting; what holds for all lights
+    coverage/                       what is followed and what is named, setting by setting
 
 Values with the prefix b_ belong to Blender; the others are ours. Nothing in a translated scene refers to Blender.
 """
@@ -28,6 +32,7 @@ from ..view_layers import source_layer
 from .cache import MeshCache
 from .camera import Size, Window, translate_camera
 from .coverage.scene import name_scene
+from .displacement import Sampler
 from .image import Images
 from .light import Falloff, LightContext
 from .light_strength import scaled
@@ -35,9 +40,9 @@ from .material import Surfaces, warn_of_roughness
 from .messages import UnsupportedError, Warnings
 from .objects import Objects
 from .settings import arriving, direct_strength, material_override, rough_samples
-from .texture import FrameFacts
+from .texture import facts_of
 from .volume import fog_of
-from .world import translate_world, world_medium
+from .world import translate_world
 
 __all__ = ["MeshCache", "Translation", "UnsupportedError", "Warnings", "translate"]
 
@@ -65,6 +70,7 @@ def translate(
     camera: Camera | None = None,
     warn: Warnings | None = None,
     kept: MeshCache | None = None,
+    sample: Sampler | None = None,
 ) -> Translation:
     """Everything that one frame needs, copied out of Blender.
 
@@ -75,6 +81,7 @@ def translate(
     light_falloff : "EEVEE" ends lights where EEVEE does, "PHYSICAL" never.
     camera      : seen by this one instead of the scene's; then resolution and window are its own.
     kept        : of earlier frames; meshes that are as they were are the same objects as in the last one.
+    sample      : looks up the images that displace meshes, which the tracer can.
 
     Raises UnsupportedError, before anything costly, if there is no camera or one that cannot be traced.
     """
@@ -84,11 +91,11 @@ def translate(
     kept.begin()
     images = Images(warn, kept)
     name_scene(b_scene, warn)
-    frame = _facts(b_scene, camera)
-    world = translate_world(b_depsgraph, b_scene, images, warn, frame)
-    medium = world_medium(b_depsgraph, b_scene, images, warn)
-    surfaces = Surfaces(images, warn, material_override(b_scene, b_depsgraph), frame)
-    objects = Objects(surfaces, LightContext(light_falloff, b_scene.eevee.light_threshold), Flags(b_scene), warn, kept)
+    frame = facts_of(b_scene, camera.matrix_world, camera.projection == "ORTHO")
+    world, medium = translate_world(b_depsgraph, b_scene, images, warn, frame)
+    surfaces = Surfaces(images, warn, frame, material_override(b_scene, b_depsgraph))
+    light_context = LightContext(light_falloff, b_scene.eevee.light_threshold)
+    objects = Objects(surfaces, light_context, Flags(b_scene), warn, kept, sample)
     objects.add_all(b_depsgraph, b_scene.render.hair_subdiv, source_layer(b_scene).use_strand)
     kept.end()
     if not rough_samples(b_scene):
@@ -108,13 +115,6 @@ def translate(
         fog=fog_of(b_scene, medium, objects.fog),
     )
     return Translation(scene, tuple(warn), _counts(scene), tuple(objects.owners))
-
-
-def _facts(b_scene: bpy.types.Scene, camera: Camera) -> FrameFacts:
-    """What nodes may ask of the frame."""
-    space = bpy.data.colorspace.working_space if hasattr(bpy.data, "colorspace") else "Linear Rec.709"
-    b_owners = (source_layer(b_scene), b_scene, b_scene.world)
-    return FrameFacts(camera.matrix_world, tuple(filter(None, b_owners)), space)
 
 
 def _counts(scene: Scene) -> dict[str, int]:

@@ -9,20 +9,18 @@ one. Formulas of the nodes: gpu_shader_material_displacement.glsl, gpu_shader_ma
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
-import bpy
 import numpy as np
 from numpy.typing import NDArray
 
 from ... import expressions as ex
 from ...scene import Expression, Float32, Float64, Int32, Surface, Texture, TriangleMesh, Value
-from .image import Images
-from .messages import Warnings
-from .nodes import Node, active_output, uses_nodes
-from .texture import NodeReader
+from .nodes import Node
+from .object_values import MATRICES
+from .texture import FrameFacts, NodeReader
 from .values import NODES, NORMAL, color, number, value_of, vector
 
 ALONG = "object_normal:scaled"
@@ -48,12 +46,13 @@ seam. A closed body then stays closed."""
 # ------------------------------------------------------------------------------------------------ nodes to values
 
 
-def displacement_of(b_material: bpy.types.Material, images: Images, warn: Warnings) -> Any:
-    """The vector in world space by which a material moves its surface, an expression; None: it does not."""
-    output = active_output(b_material.node_tree) if uses_nodes(b_material) else None
-    if output is None or output.input("Displacement").node() is None:
+def displacement_of(output: Node, reader: NodeReader) -> Any:
+    """The vector in world space by which a material moves its surface, an expression; None: it does not.
+
+    output : the material's active output.
+    """
+    if output.input("Displacement").node() is None:
         return None
-    reader = NodeReader(f"material {b_material.name!r}", images, warn)
     value = ex.as_color(value_of(reader, output.input("Displacement"), "VECTOR"))
     return None if value == (0.0, 0.0, 0.0) else value
 
@@ -117,17 +116,41 @@ def keys_of_mesh(reads: frozenset[str]) -> frozenset[str]:
     return (reads - WORLDLY) | (frozenset() if reads.isdisjoint(FRAME[::2]) else {TANGENT})
 
 
+Sampler = Callable[[Texture, NDArray[Any], NDArray[Any]], Float32]
+"""RGBA (4, n) of a texture at u, v (n,). The tracer does it, which this room knows not."""
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where a mesh is displaced, and what its material may ask there.
+
+    matrix : (4, 4) float64 object to world.   values : of the instance (scene.Instance.values).
+    sample : looks up images; None: there are none.
+    """
+
+    matrix: Float64
+    frame: FrameFacts
+    values: Mapping[str, tuple[float, ...]]
+    sample: Sampler | None
+
+    def of_instance(self, key: str) -> tuple[float, ...]:
+        """What the instance has of this key (expressions.INSTANCE), 0 where it has none; matrices row by row."""
+        if key in MATRICES:
+            matrix = self.matrix if key == "OBJECT_TO_WORLD" else np.linalg.pinv(self.matrix)
+            return tuple(matrix[:3].ravel().tolist())
+        return self.values.get(key, (0.0,) * 4)
+
+
 def displaced(
-    mesh: TriangleMesh, corner_normals: Float32, moves: Sequence[Any], reads: frozenset[str], matrix: Float64
+    mesh: TriangleMesh, corner_normals: Float32, moves: Sequence[Any], reads: frozenset[str], place: Place
 ) -> TriangleMesh:
     """A mesh as it is at one place in the world: moved, with the data that the bent normals read.
 
     corner_normals : (nc, 3) float32, local, of the mesh before it moves; they stay its shading normals.
     moves  : of each surface slot the vector that moves it, None where it stays.
     reads  : the keys of the data that its surfaces read.
-    matrix : (4, 4) float64 object to world.
     """
-    linear = matrix[:3, :3]
+    matrix, linear = place.matrix, place.matrix[:3, :3]
     to_object = np.linalg.pinv(linear)
     outward = _unit(corner_normals.astype(np.float64) @ to_object)  # world; normals go through the inverse transpose
     extra = {ALONG: (_unit(outward @ linear) @ linear.T).astype(np.float32)} if ALONG in reads else {}
@@ -144,7 +167,7 @@ def displaced(
         return mesh
     vertex = np.zeros(len(corner_normals), np.int32)
     vertex[mesh.corners.reshape(-1)] = mesh.triangles.reshape(-1)
-    corners = _Corners(mesh, mesh.vertices[vertex] @ linear.T + matrix[:3, 3], outward)
+    corners = _Corners(mesh, mesh.vertices[vertex] @ linear.T + matrix[:3, 3], outward, place)
     offset = np.zeros((len(vertex), 3))
     slots = np.zeros(len(mesh.triangles), np.int32) if mesh.surface_slots is None else mesh.surface_slots
     for slot, moved in enumerate(moves):
@@ -180,45 +203,63 @@ def _unit(v: Float64) -> Float64:
     return np.asarray(v / np.where(length > 0, length, 1))
 
 
-Sampler = Callable[[Texture, NDArray[Any], NDArray[Any]], Float32]
-
-_samplers: list[Sampler] = []
-
-
-def use_sampler(sample: Sampler) -> None:
-    """Look images up by this: RGBA (4, n) of a texture at u, v (n,). The tracer does it, which this room knows not."""
-    _samplers[:] = [sample]
-
-
 class _Corners:
-    """The corners of a mesh, as expressions ask of them (expressions.Hits)."""
+    """The corners of a mesh, as expressions ask of them (expressions.Hits) and as EEVEE's vertex shader answers.
 
-    def __init__(self, mesh: TriangleMesh, place: NDArray[Any], normal: Float64) -> None:
-        """place, normal: (nc, 3) in world space."""
-        self._mesh, self._place, self._normal = mesh, place, normal
+    It shapes what the camera sees for the camera: the ray is the camera's, the eye its place.
+    """
+
+    def __init__(self, mesh: TriangleMesh, point: NDArray[Any], normal: Float64, place: Place) -> None:
+        """point, normal: (nc, 3) in world space."""
+        self._mesh, self._point, self._normal, self._place = mesh, point, normal, place
 
     def image(self, texture: Texture, uv: NDArray[Any] | None) -> Float32:
         """RGBA (4, nc)."""
         u, v = (self.attribute("uv:" + texture.uv_map) if uv is None else uv)[:2].astype(np.float64)
-        return _samplers[-1](texture, u, v)
+        if self._place.sample is None:
+            raise TypeError("nobody who translates a scene with displaced images has said what looks them up: sample=")
+        return self._place.sample(texture, u, v)
 
     def attribute(self, key: str) -> Float32:
         """(width, nc) float32."""
-        n = len(self._place)
-        if key.startswith("uv:"):
-            maps = self._mesh.uv_maps
-            uv = maps.get(key.removeprefix("uv:"), maps.get("", np.zeros((n, 2), np.float32)))
+        n = len(self._point)
+        kind, _, of = key.partition(":")
+        if kind == "uv":
+            uv = self._mesh.uv_maps.get(of, self._mesh.uv_maps.get("", np.zeros((n, 2), np.float32)))
             return np.concatenate([uv.T, np.zeros((1, n), np.float32)])
-        if key in ("normal", "interpolated_normal", "true_normal", "incoming"):
+        if kind == "instance":
+            value = np.array(self._place.of_instance(of), np.float32)
+            return np.broadcast_to(value[:, None], (len(value), n))
+        if kind == "ray":
+            return self._of_ray(of)[None]
+        if key in ("normal", "interpolated_normal", "true_normal"):
             return self._normal.T.astype(np.float32)
         if key == "position":
-            return self._place.T.astype(np.float32)
-        if key in ("cosine", "backfacing"):
-            return np.full((1, n), key == "cosine", np.float32)
-        width = ex.ATTRIBUTE_WIDTHS[key.partition(":")[0]]
+            return self._point.T.astype(np.float32)
+        if key == "incoming":
+            return self._incoming.T.astype(np.float32)
+        if key == "cosine":
+            return (self._normal * self._incoming).sum(axis=1).astype(np.float32)[None]
+        if key == "backfacing":
+            return np.zeros((1, n), np.float32)
+        width = ex.ATTRIBUTE_WIDTHS[kind]
         found = self._mesh.attributes.get(key)
         return np.zeros((width, n), np.float32) if found is None else found.T
 
     def gradient(self, value: Callable[[Any], NDArray[Any]], _on_facet: bool = False) -> Float32:
         """(3, nc): none, as in EEVEE's vertex shader."""
-        return np.zeros((3, len(self._place)), np.float32)
+        return np.zeros((3, len(self._point)), np.float32)
+
+    @property
+    def _incoming(self) -> Float64:
+        """(nc, 3) unit directions to the camera."""
+        camera = self._place.frame.camera
+        if self._place.frame.parallel:
+            return np.broadcast_to(_unit(camera[None, :3, 2]), self._point.shape)
+        return _unit(camera[:3, 3] - self._point)
+
+    def _of_ray(self, output: str) -> Float32:
+        """(nc,) what Light Path's outputs are for camera rays (`init_globals` in eevee_nodetree_lib.glsl)."""
+        if output == "Ray Length":
+            return np.linalg.norm(self._place.frame.camera[:3, 3] - self._point, axis=1).astype(np.float32)
+        return np.full(len(self._point), output == "Is Camera Ray", np.float32)

@@ -25,7 +25,7 @@ from .nodes import Node, active_output, uses_nodes
 from .settings import NOTHING_OF_ITS_OWN, CustomSurface, custom_surface
 from .shaders import surface_from
 from .sums import averaged, each, singles
-from .texture import NO_FRAME, FrameFacts, NodeReader
+from .texture import FrameFacts, NodeReader
 from .volume import absorption_from, medium_from
 
 MIRROR_ROUGHNESS = 0.25  # above it a sharp mirror image looks wrong enough to be worth a warning
@@ -44,15 +44,14 @@ class Surfaces:
         self,
         images: Images,
         warn: Warnings,
+        frame: FrameFacts,
         b_override: bpy.types.Material | None = None,
-        frame: FrameFacts = NO_FRAME,
     ) -> None:
         self._images = images
-        self._frame = frame
+        self.frame = frame
         self._b_override = b_override
         self._warn = warn
-        self._materials: dict[str, Surface] = {}
-        self._moves: dict[str, Any] = {}
+        self._materials: dict[str, tuple[Surface, Any]] = {}
         self._index: dict[tuple[str, CustomSurface], int] = {}
         self.surfaces: list[Surface] = []
         self.moves: list[Any] = []
@@ -64,23 +63,17 @@ class Surfaces:
         key = (b_material.name_full if b_material else "", custom)
         if key not in self._index:
             self._index[key] = len(self.surfaces)
-            self.moves.append(self._moved_by(b_material))
-            self.surfaces.append(customised(self._of_material(b_material), custom.over(custom_surface(b_material))))
+            surface, moved = self._of_material(b_material)
+            self.moves.append(moved if b_material is not None and b_material.displacement_method != "BUMP" else None)
+            self.surfaces.append(customised(surface, custom.over(custom_surface(b_material))))
         return self._index[key]
 
-    def _moved_by(self, b_material: bpy.types.Material | None) -> Any:
-        if b_material is None or b_material.displacement_method == "BUMP":
-            return None
-        if b_material.name_full not in self._moves:
-            self._moves[b_material.name_full] = displacement_of(b_material, self._images, self._warn)
-        return self._moves[b_material.name_full]
-
-    def _of_material(self, b_material: bpy.types.Material | None) -> Surface:
+    def _of_material(self, b_material: bpy.types.Material | None) -> tuple[Surface, Any]:
         if b_material is None:
-            return Surface(specular=DEFAULT_SPECULAR, roughness=DEFAULT_ROUGHNESS)
+            return Surface(specular=DEFAULT_SPECULAR, roughness=DEFAULT_ROUGHNESS), None
         if b_material.name_full not in self._materials:
-            self._materials[b_material.name_full] = translate_material(
-                b_material, self._images, self._warn, self._frame
+            self._materials[b_material.name_full] = surface_and_displacement(
+                b_material, self._images, self._warn, self.frame
             )
         return self._materials[b_material.name_full]
 
@@ -110,31 +103,39 @@ def warn_of_roughness(surfaces: Sequence[Surface], warn: Warnings) -> None:
             )
 
 
-def translate_material(
-    b_material: bpy.types.Material, images: Images, warn: Warnings, frame: FrameFacts = NO_FRAME
-) -> Surface:
+def translate_material(b_material: bpy.types.Material, images: Images, warn: Warnings, frame: FrameFacts) -> Surface:
     """The surface that a material describes, with its Backface Culling: that of the camera and that of shadows."""
+    return surface_and_displacement(b_material, images, warn, frame)[0]
+
+
+def surface_and_displacement(
+    b_material: bpy.types.Material, images: Images, warn: Warnings, frame: FrameFacts
+) -> tuple[Surface, Any]:
+    """`translate_material`, and the vector in world space of its Displacement; None: there is none."""
     name_settings(b_material, f"material {b_material.name!r}", warn)
-    surface = replace(_described(b_material, images, warn, frame), name=b_material.name)
-    moved = displacement_of(b_material, images, warn)
-    surface = each(surface, lambda closure: bent(closure, moved))
-    return replace(
+    surface, moved = _described(b_material, images, warn, frame)
+    surface = each(replace(surface, name=b_material.name), lambda closure: bent(closure, moved))
+    surface = replace(
         surface, culled=b_material.use_backface_culling, shadow_culled=b_material.use_backface_culling_shadow
     )
+    return surface, moved
 
 
-def _described(b_material: bpy.types.Material, images: Images, warn: Warnings, frame: FrameFacts) -> Surface:
-    """What its node tree describes, or its viewport values where it has no nodes."""
+def _described(
+    b_material: bpy.types.Material, images: Images, warn: Warnings, frame: FrameFacts
+) -> tuple[Surface, Any]:
+    """What its node tree describes, or its viewport values where it has no nodes; and what displaces it."""
     if not uses_nodes(b_material):
-        return _without_nodes(b_material)
-    reader = NodeReader(f"material {b_material.name!r}", images, warn, frame=frame)
+        return _without_nodes(b_material), None
+    reader = NodeReader(f"material {b_material.name!r}", images, warn, frame)
     reader.material_index = b_material.pass_index
     output = active_output(b_material.node_tree)
     if output is None:
         reader.warn("it has no active output; it is black")
-        return Surface(base_color=(0.0, 0.0, 0.0))
+        return Surface(base_color=(0.0, 0.0, 0.0)), None
     name_sockets(output, reader)
-    return replace(_inside_and_out(output, reader), approximate=reader.approximate)
+    surface = replace(_inside_and_out(output, reader), approximate=reader.approximate)
+    return surface, displacement_of(output, reader)
 
 
 def _inside_and_out(output: Node, reader: NodeReader) -> Surface:

@@ -19,12 +19,12 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...expressions import reads, reads_of_instance
+from ...expressions import instance_keys, reads, reads_of_instance
 from ...scene import Float64, FogBody, Instance, Light, TriangleMesh, Visibility
 from ..flags import Flags
 from .cache import MeshCache
 from .coverage import FIRST, name_object, name_settings
-from .displacement import WORLDLY, displaced, keys_of_mesh
+from .displacement import WORLDLY, Place, Sampler, displaced, keys_of_mesh
 from .light import LightContext, translate_light
 from .likely_to_move import moves
 from .linking import Links, linked, links_of
@@ -47,10 +47,17 @@ class Objects:
     """Fills meshes, instances and lights from the depsgraph's instances, one after the other."""
 
     def __init__(
-        self, surfaces: Surfaces, light_context: LightContext, flags: Flags, warn: Warnings, kept: MeshCache
+        self,
+        surfaces: Surfaces,
+        light_context: LightContext,
+        flags: Flags,
+        warn: Warnings,
+        kept: MeshCache,
+        sample: Sampler | None = None,
     ) -> None:
         self._surfaces = surfaces
         self._kept = kept
+        self._sample = sample
         self._values = ObjectValues(warn)
         self._moves: dict[str, bool] = {}  # by the object's full name
         self._light_context = light_context
@@ -198,9 +205,13 @@ class Objects:
         b_object, keys = b_instance.object, self._keys(surfaces)
         # Objects may share one evaluated mesh, which outlives this loop; displaced it depends on its own place.
         moves = [self._surfaces.moves[index] for index in surfaces]
-        matrix = _matrix(b_instance) if keys & WORLDLY or any(move is not None for move in moves) else None
-        key = (b_object.data.as_pointer(), keys, b"" if matrix is None else matrix.tobytes())
-        return self._made(key, b_object, partial(self._translated, b_object, keys, moves, matrix))
+        place, state = None, b""
+        if keys & WORLDLY or any(move is not None for move in moves):
+            values = self._values.of(b_instance, instance_keys(*moves))
+            place = Place(_matrix(b_instance), self._surfaces.frame, values, self._sample)
+            state = place.matrix.tobytes() + repr(values).encode()
+        key = (b_object.data.as_pointer(), keys, state)
+        return self._made(key, b_object, partial(self._translated, b_object, keys, moves, place))
 
     def _keys(self, surfaces: tuple[int, ...]) -> frozenset[str]:
         return frozenset(key for index in surfaces for key in reads(self._surfaces.surfaces[index]))
@@ -209,16 +220,16 @@ class Objects:
         return frozenset(key for index in surfaces for key in reads_of_instance(self._surfaces.surfaces[index]))
 
     def _translated(
-        self, b_object: bpy.types.Object, keys: frozenset[str], moves: list[Any], matrix: Float64 | None
+        self, b_object: bpy.types.Object, keys: frozenset[str], moves: list[Any], place: Place | None
     ) -> TriangleMesh | None:
         b_mesh = b_object.to_mesh() if b_object.data.is_editmode else b_object.data
-        normals = None if matrix is None else corner_normals(b_mesh)
+        normals = None if place is None else corner_normals(b_mesh)
         scratch = partial(_scratch, b_object, b_mesh)
         mesh = translate_mesh(b_mesh, b_object.name, keys_of_mesh(keys), self._warn, scratch)
         b_object.to_mesh_clear()
-        if mesh is None or matrix is None or normals is None:
+        if mesh is None or place is None or normals is None:
             return mesh
-        return displaced(mesh, normals, moves, keys, matrix)
+        return displaced(mesh, normals, moves, keys, place)
 
     # -------------------------------------------------------------------------------------------- warnings
 

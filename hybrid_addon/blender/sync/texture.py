@@ -12,6 +12,7 @@ import numpy as np
 from mathutils import Euler, Matrix, Vector
 
 from ...scene import RGB, Float64, Texels, Texture
+from ..view_layers import source_layer
 from .image import MISSING, Images
 from .messages import Warnings
 from .nodes import Node
@@ -22,16 +23,22 @@ class FrameFacts:
     """What nodes may ask of more than their own datablock.
 
     camera        : (4, 4) float64, its matrix in the world, without scale.
+    parallel      : it is orthographic: it sees everything from one direction.
     b_owners      : whose properties are the View Layer's attributes: its own, then the scene's, then the world's.
     working_space : of the file, as Blender names it.
     """
 
     camera: Float64 = field(default_factory=lambda: np.eye(4))
+    parallel: bool = False
     b_owners: tuple[bpy.types.bpy_struct, ...] = ()
     working_space: str = "Linear Rec.709"
 
 
-NO_FRAME = FrameFacts()
+def facts_of(b_scene: bpy.types.Scene, camera: Float64, parallel: bool = False) -> FrameFacts:
+    """Those of a frame of this scene. camera, parallel: see `FrameFacts`."""
+    space = bpy.data.colorspace.working_space if hasattr(bpy.data, "colorspace") else "Linear Rec.709"
+    b_owners = (source_layer(b_scene), b_scene, b_scene.world)
+    return FrameFacts(camera, parallel, tuple(filter(None, b_owners)), space)
 
 
 class NodeReader:
@@ -46,7 +53,7 @@ class NodeReader:
     """
 
     def __init__(
-        self, owner: str, images: Images, warn: Warnings, camera: bool | None = None, frame: FrameFacts = NO_FRAME
+        self, owner: str, images: Images, warn: Warnings, frame: FrameFacts, camera: bool | None = None
     ) -> None:
         self.owner = owner
         self.images = images

@@ -21,7 +21,7 @@ from .image import Images
 from .messages import Warnings
 from .nodes import Node, Socket, active_output, uses_nodes
 from .settings import direct_strength
-from .texture import NO_FRAME, FrameFacts, NodeReader
+from .texture import FrameFacts, NodeReader
 from .values import color, emitted, number
 from .volume import medium_from
 
@@ -30,20 +30,23 @@ DIRECTION = ("generated", "position", "object")  # attributes that are a world's
 
 
 def translate_world(
-    b_depsgraph: bpy.types.Depsgraph,
-    b_scene: bpy.types.Scene,
-    images: Images,
-    warn: Warnings,
-    frame: FrameFacts = NO_FRAME,
-) -> World:
-    """The world of the scene, or of its view layer, with its animated values; black without one."""
+    b_depsgraph: bpy.types.Depsgraph, b_scene: bpy.types.Scene, images: Images, warn: Warnings, frame: FrameFacts
+) -> tuple[World, Medium]:
+    """The world of the scene, or of its view layer, with its animated values; black without one.
+
+    And what its volume fills everything with. What dims light lets none of the world's through, nor of suns, as in
+    EEVEE: it is infinitely far, behind infinitely much of that.
+    """
     b_world = _drawn(b_depsgraph, b_scene)
     if b_world is None:
-        return World()
-    name_settings(b_world, f"world {b_world.name!r}", warn)
-    if world_medium(b_depsgraph, b_scene, images, warn).dims:
-        return World()  # it is infinitely far, behind infinitely much of that
-    world = _seen(b_world, images, warn, frame)
+        return World(), Medium()
+    owner = f"world {b_world.name!r}"
+    name_settings(b_world, owner, warn)
+    output = active_output(b_world.node_tree) if uses_nodes(b_world) else None
+    medium = Medium() if output is None else medium_from(output.input("Volume"), NodeReader(owner, images, warn, frame))
+    if medium.dims:
+        return World(), medium
+    world = _seen(b_world, output, images, warn, frame)
     sun = WorldSun(
         b_world.sun_threshold,
         b_world.sun_angle,
@@ -51,22 +54,13 @@ def translate_world(
         direct_strength(b_scene),
     )
     limit = b_scene.eevee.clamp_surface_indirect
-    return replace(
+    world = replace(
         world,
         sun=sun if sun.threshold > 0 else None,
         limit=limit if limit > 0 else float("inf"),
         dering="LENGTH" if bpy.app.version >= (5, 0, 0) else "AXES",
     )
-
-
-def world_medium(b_depsgraph: bpy.types.Depsgraph, b_scene: bpy.types.Scene, images: Images, warn: Warnings) -> Medium:
-    """What the volume of the scene's world fills everything with. What dims light lets none of the world's through, nor
-    of suns, as in EEVEE."""
-    b_world = _drawn(b_depsgraph, b_scene)
-    output = active_output(b_world.node_tree) if b_world is not None and uses_nodes(b_world) else None
-    if b_world is None or output is None:
-        return Medium()
-    return medium_from(output.input("Volume"), NodeReader(f"world {b_world.name!r}", images, warn))
+    return world, medium
 
 
 def _drawn(b_depsgraph: bpy.types.Depsgraph, b_scene: bpy.types.Scene) -> bpy.types.World | None:
@@ -77,18 +71,17 @@ def _drawn(b_depsgraph: bpy.types.Depsgraph, b_scene: bpy.types.Scene) -> bpy.ty
     return b_world.evaluated_get(b_depsgraph) if b_world is not None and b_layer.use_sky else None
 
 
-def _seen(b_world: bpy.types.World, images: Images, warn: Warnings, frame: FrameFacts) -> World:
+def _seen(b_world: bpy.types.World, output: Node | None, images: Images, warn: Warnings, frame: FrameFacts) -> World:
     """What lights; with a backdrop if the nodes tell camera rays from others."""
     if not uses_nodes(b_world):
         return World(radiance=_rgb(b_world.color))
-    output = active_output(b_world.node_tree)
     if output is None:
         return World()
     name = f"world {b_world.name!r}"
-    name_sockets(output, NodeReader(name, images, warn))
+    name_sockets(output, NodeReader(name, images, warn, frame))
     seen = {}
     for camera in (False, True):
-        reader = NodeReader(name, images, warn, camera, frame)
+        reader = NodeReader(name, images, warn, frame, camera)
         reader.unseen = _rgb(b_world.color)
         seen[camera] = _world(_radiance(output.input("Surface"), reader))
         if not reader.light_path:

@@ -73,7 +73,7 @@ class HYBRID_MATERIAL_PT_settings(bpy.types.Panel):
             paragraph(layout, context, iface("The object's own Custom values are used"), icon="INFO")
         _draw_surface(layout, context, settings)
         if settings.surface == "MATERIAL":
-            for line in described(surface_of(b_material)):
+            for line in described(surface_of(b_material, context.scene)):
                 paragraph(layout, context, line)
         field(layout, context, settings, "dispersion")
 
@@ -115,7 +115,7 @@ def _draw_materials(layout: bpy.types.UILayout, context: bpy.types.Context, b_ob
     for b_material in materials[:MATERIALS_SHOWN] or [None]:
         if len(materials) > 1:
             layout.label(text=b_material.name if b_material else "", icon="MATERIAL", translate=False)
-        for line in described(surface_of(b_material)):
+        for line in described(surface_of(b_material, context.scene)):
             paragraph(layout, context, line)
     if len(materials) > MATERIALS_SHOWN:
         text = iface("and {} more materials").format(len(materials) - MATERIALS_SHOWN)

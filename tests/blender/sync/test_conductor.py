@@ -11,6 +11,7 @@ from hybrid_addon.blender.sync import Warnings
 from hybrid_addon.blender.sync.conductor import conductor_fresnel, conductor_tints
 from hybrid_addon.blender.sync.image import Images
 from hybrid_addon.blender.sync.material import translate_material
+from hybrid_addon.blender.sync.texture import FrameFacts
 
 pytestmark = pytest.mark.blender
 N, K = np.array([0.18, 0.42, 1.37]), np.array([3.42, 2.35, 1.77])  # gold
@@ -37,7 +38,7 @@ def test_a_metallic_node_by_complex_index_has_its_tints(scene):
     b_node.inputs["IOR"].default_value, b_node.inputs["Extinction"].default_value = N, K
     tree.links.new(b_node.outputs[0], b_output.inputs["Surface"])
     warn = Warnings()
-    surface = translate_material(b_material, Images(warn), warn)
+    surface = translate_material(b_material, Images(warn), warn, FrameFacts())
     tint, edge = conductor_tints(N, K)
     assert surface.reflection_tint == pytest.approx(tint, rel=1e-5)
     assert surface.edge_tint == pytest.approx(edge, rel=1e-5)

@@ -14,6 +14,7 @@ from hybrid_addon.blender.sync import Warnings, texture_nodes
 from hybrid_addon.blender.sync.coverage import NODE_SETTINGS, SOCKETS, Followed, Named, status_of
 from hybrid_addon.blender.sync.image import Images
 from hybrid_addon.blender.sync.material import translate_material
+from hybrid_addon.blender.sync.texture import FrameFacts
 from hybrid_addon.blender.sync.world import translate_world
 from tests.blender.sync.coverage_kit import contents, items_of, other_value
 
@@ -124,9 +125,9 @@ class Stage:
         if self.of_world:
             scene = bpy.context.scene
             scene.world = self.b_id
-            made = translate_world(bpy.context.evaluated_depsgraph_get(), scene, Images(warn), warn)
+            made = translate_world(bpy.context.evaluated_depsgraph_get(), scene, Images(warn), warn, FrameFacts())[0]
         else:
-            made = translate_material(self.b_id, Images(warn), warn)
+            made = translate_material(self.b_id, Images(warn), warn, FrameFacts())
         return contents(made), set(warn.each())
 
 

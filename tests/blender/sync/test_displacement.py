@@ -11,6 +11,7 @@ import hybrid_addon as hybrid
 from hybrid_addon.blender.sync import translate
 from hybrid_addon.scene import Settings
 from hybrid_addon.tracer import trace
+from hybrid_addon.tracer.materials.textures import sample_texture
 
 pytestmark = pytest.mark.blender
 
@@ -19,7 +20,8 @@ SIZE = (64, 48)
 
 def translated(scene, size=SIZE):
     bpy.context.view_layer.update()
-    return translate(bpy.context.evaluated_depsgraph_get(), scene, size, (0, 0, *size))
+    window = (0, 0, *size)
+    return translate(bpy.context.evaluated_depsgraph_get(), scene, size, window, sample=sample_texture)
 
 
 def material_of(b_object, kind="ShaderNodeDisplacement", method="DISPLACEMENT", **settings):
@@ -161,17 +163,72 @@ def test_a_slope_is_lit_as_a_slope(scene, method, is_scaled):
     assert film.radiance[6:10, 6:10] == pytest.approx(1 / np.hypot(1, k), rel=0.01)
 
 
+def feed(b_tree, b_node, kind, output, socket="Height", **settings):
+    """Link an output of a new node to an input of the displacing node."""
+    b_asked = b_tree.nodes.new(kind)
+    for name, value in settings.items():
+        setattr(b_asked, name, value)
+    b_tree.links.new(b_asked.outputs[output], b_node.inputs[socket])
+    return b_asked
+
+
+def test_each_object_has_its_own_height(scene):
+    """Two of one mesh, whose material asks the object for the height: smooth corners go out along the diagonal."""
+    cube = smooth(bpy.data.objects["Cube"])
+    b_node, b_tree = material_of(cube, Midlevel=0.0)
+    feed(b_tree, b_node, "ShaderNodeAttribute", "Fac", attribute_type="OBJECT", attribute_name="height")
+    copy = bpy.data.objects.new("Copy", cube.data)
+    scene.collection.objects.link(copy)
+    cube["height"], copy["height"] = 0.5, 2.0
+    for name, height in (("Cube", 0.5), ("Copy", 2.0)):
+        mesh, _, result = mesh_of(scene, name)
+        assert np.abs(mesh.vertices) == pytest.approx(1 + height / np.sqrt(3), rel=1e-4)
+        assert result.warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("kind", "output", "settings", "height"),
+    [
+        ("ShaderNodeLightPath", "Is Camera Ray", {}, 1.0),
+        ("ShaderNodeLightPath", "Is Shadow Ray", {}, 0.0),
+        ("ShaderNodeLightPath", "Ray Length", {}, 6.0),
+        ("ShaderNodeNewGeometry", "Backfacing", {}, 0.0),
+        ("ShaderNodeLayerWeight", "Facing", {}, 0.0),
+        ("ShaderNodeCameraData", "View Z Depth", {}, 6.0),
+        ("ShaderNodeObjectInfo", "Material Index", {}, 3.0),
+        ("ShaderNodeObjectInfo", "Object Index", {}, 4.0),
+        ("ShaderNodeAttribute", "Fac", {"attribute_type": "VIEW_LAYER", "attribute_name": "rise"}, 0.75),
+    ],
+)
+def test_what_nodes_ask_of_the_frame_displaces(scene, kind, output, settings, height):
+    """A plane under the camera, whose middle vertex (at 6 m) is watched."""
+    bpy.data.objects.remove(bpy.data.objects["Cube"])
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=2, y_subdivisions=2, size=2)
+    plane = bpy.context.object
+    scene.camera.location, scene.camera.rotation_euler = (0, 0, 6), (0, 0, 0)
+    b_node, b_tree = material_of(plane, Midlevel=0.0, space="WORLD")
+    feed(b_tree, b_node, kind, output, **settings)
+    plane.pass_index, plane.active_material.pass_index = 4, 3
+    scene.view_layers[0]["rise"] = 0.75
+    mesh, _, result = mesh_of(scene, plane.name)
+    middle = np.abs(mesh.vertices[:, :2]).max(axis=1) == 0
+    assert mesh.vertices[middle, 2] == pytest.approx(height, abs=1e-5)
+    assert result.warnings == ()
+
+
 @pytest.mark.render
 def test_the_mask_and_the_displaced_shape_agree(scene):
     """EEVEE's own coverage of a bumpy ball, and that of the tracer, with and without displacement."""
     bpy.data.objects.remove(bpy.data.objects["Cube"])
     bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=1.2)
     ball = smooth(bpy.context.object)
-    b_node, b_tree = material_of(ball, Midlevel=0.5, Scale=1.2)
+    b_node, b_tree = material_of(ball, Midlevel=0.5)
     b_noise, b_coordinates = b_tree.nodes.new("ShaderNodeTexNoise"), b_tree.nodes.new("ShaderNodeTexCoord")
     b_noise.inputs["Scale"].default_value, b_noise.inputs["Detail"].default_value = 0.9, 1.0
     b_tree.links.new(b_coordinates.outputs["Object"], b_noise.inputs["Vector"])
     b_tree.links.new(b_noise.outputs[0], b_node.inputs["Height"])
+    feed(b_tree, b_node, "ShaderNodeAttribute", "Fac", "Scale", attribute_type="OBJECT", attribute_name="swing")
+    ball["swing"] = 1.2
     hybrid.mark(ball)
     scene.eevee.use_shadows, scene.eevee.taa_render_samples = False, 16
     hybrid.enable(scene)
@@ -183,5 +240,6 @@ def test_the_mask_and_the_displaced_shape_agree(scene):
         return trace(translated(scene).scene, settings, wanted).coverage
 
     assert np.abs(coverage() - mask).mean() < 0.01 * mask.mean()
-    b_tree.nodes["Displacement"].inputs["Scale"].default_value = 0.0
+    ball["swing"] = 0.0
+    ball.update_tag()
     assert np.abs(coverage() - mask).mean() > 0.05 * mask.mean()

@@ -14,6 +14,7 @@ from hybrid_addon.blender.sync import MeshCache, Warnings
 from hybrid_addon.blender.sync.image import Images, frame_path
 from hybrid_addon.blender.sync.image_file import srgb_to_linear
 from hybrid_addon.blender.sync.material import translate_material
+from hybrid_addon.blender.sync.texture import FrameFacts
 from hybrid_addon.expressions import walk
 
 pytestmark = pytest.mark.blender
@@ -197,7 +198,7 @@ class Textured:
         return b_node
 
     def surface(self):
-        return translate_material(self.b_material, Images(self.warn), self.warn)
+        return translate_material(self.b_material, Images(self.warn), self.warn, FrameFacts())
 
     def expression(self):
         """The base colour, with the image at its root if it has any."""
@@ -342,7 +343,7 @@ def test_a_tiled_image_on_a_material(scene):
     b_node.image = tiled((1001, 1002))
     b_tree.links.new(b_node.outputs["Color"], b_tree.nodes["Principled BSDF"].inputs["Base Color"])
     warn = Warnings()
-    (image,) = walk(translate_material(b_material, Images(warn), warn).base_color)
+    (image,) = walk(translate_material(b_material, Images(warn), warn, FrameFacts()).base_color)
     assert set(image.data.tiles) == {(0, 0), (1, 0)}
     assert tuple(image.data.pixels.rgba()[0, 0]) == (1, 0, 1, 1)  # where no tile is, as in EEVEE
     assert list(warn) == []

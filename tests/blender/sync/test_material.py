@@ -14,6 +14,7 @@ from hybrid_addon.blender.sync.material import Surfaces, customised, translate_m
 from hybrid_addon.blender.sync.settings import CustomSurface
 from hybrid_addon.blender.sync.sums import added, averaged, shares
 from hybrid_addon.blender.sync.sums import mixed as blend
+from hybrid_addon.blender.sync.texture import FrameFacts
 from hybrid_addon.expressions import reads_of_instance, reads_ray, walk
 from hybrid_addon.scene import BLACK, WHITE, Expression, Surface
 
@@ -47,7 +48,7 @@ class Material:
         return self.surface()
 
     def surface(self):
-        return translate_material(self.b_material, Images(self.warn), self.warn)
+        return translate_material(self.b_material, Images(self.warn), self.warn, FrameFacts())
 
 
 @pytest.fixture
@@ -437,7 +438,7 @@ def test_gold_stays_gold_and_green_glass_stays_green(material):
 
 def test_each_pair_of_material_and_settings_is_one_surface(material):
     warn = Warnings()
-    surfaces = Surfaces(Images(warn), warn)
+    surfaces = Surfaces(Images(warn), warn, FrameFacts())
     custom = CustomSurface((1.0, 1.0, 1.5))
     nothing = CustomSurface(None)
     pairs = [(material.b_material, nothing), (material.b_material, custom), (None, nothing), (None, custom)]

@@ -13,6 +13,7 @@ import pytest
 from hybrid_addon.blender.sync import Warnings, translate
 from hybrid_addon.blender.sync import sky as sky_module
 from hybrid_addon.blender.sync.image import Images
+from hybrid_addon.blender.sync.texture import FrameFacts
 from hybrid_addon.blender.sync.world import translate_world
 from hybrid_addon.expressions import walk
 
@@ -28,7 +29,7 @@ def warn():
 
 def world(scene, warn):
     bpy.context.view_layer.update()
-    return translate_world(bpy.context.evaluated_depsgraph_get(), scene, Images(warn), warn)
+    return translate_world(bpy.context.evaluated_depsgraph_get(), scene, Images(warn), warn, FrameFacts())[0]
 
 
 def background(scene):
