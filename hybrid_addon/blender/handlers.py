@@ -18,6 +18,7 @@ from .pipeline.fingerprint import Fingerprint, fingerprint
 from .pipeline.guard import guard
 from .render import images, retrace
 from .ui import defaults
+from .view_layers import hand_over_properties
 
 
 @dataclass(eq=False)
@@ -189,6 +190,7 @@ def _evaluated(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if scene.hybrid.enabled and scene_setup.is_active(scene.original):
         eevee_shadows.hand_over(scene.original, depsgraph)
         trace_scenes.evaluated(depsgraph)
+        hand_over_properties(scene.original, depsgraph.view_layer_eval)
 
 
 @persistent

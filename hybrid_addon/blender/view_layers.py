@@ -6,6 +6,8 @@ And what else it depends on what the objects in a layer look like.
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 
 MASK_LAYER = "Hybrid Mask"
@@ -83,11 +85,44 @@ def sync_mask_layer(
     for name in _LAYER_SETTINGS:
         if hasattr(source, name):
             set_(mask, name, getattr(source, name))
+    _copy_properties(source, mask)
     for layer in scene.view_layers:
         set_(_children(layer.layer_collection)[ours], "exclude", layer != mask)
     set_(_children(mask.layer_collection)[ours], "holdout", True)
     _imitate(source.layer_collection, mask.layer_collection, ours)
     return mask
+
+
+def hand_over_properties(scene: bpy.types.Scene, b_evaluated: bpy.types.ViewLayer) -> None:
+    """Custom properties may be keyframed: an evaluated mask layer gets those that the user's layer has at that frame.
+
+    Blender evaluates one layer at a time, and their keys name the user's.
+    """
+    if MASK_MARK in b_evaluated:
+        _copy_properties(_source(scene), b_evaluated)
+
+
+def _copy_properties(b_from: bpy.types.ViewLayer, b_to: bpy.types.ViewLayer) -> None:
+    """Custom properties, which Attribute nodes of type View Layer read; those of add-ons are not ours to copy."""
+    held = {SOURCE_MARK, MASK_MARK, *b_from.bl_rna.properties.keys()}
+    given = {key: plain(b_from[key]) for key in b_from.keys() if key not in held}
+    for key in [key for key in b_to.keys() if key not in held and key not in given]:
+        del b_to[key]
+    for key, value in given.items():
+        if value is not None and plain(b_to.get(key)) != value:
+            b_to[key] = value
+
+
+def plain(value: Any) -> Any:
+    """The value of a custom property without Blender's types: what may be assigned to another one; None: a pointer."""
+    if hasattr(value, "to_dict"):
+        found = {key: plain(part) for key, part in value.items()}
+        return {key: part for key, part in found.items() if part is not None}
+    if hasattr(value, "to_list"):
+        return value.to_list()
+    if isinstance(value, list):
+        return [plain(part) for part in value]
+    return None if isinstance(value, bpy.types.bpy_struct) else value
 
 
 def _imitate(b_from: bpy.types.LayerCollection, b_to: bpy.types.LayerCollection, ours: bpy.types.Collection) -> None:

@@ -91,7 +91,7 @@ def translate(
     kept.begin()
     images = Images(warn, kept)
     name_scene(b_scene, warn)
-    frame = facts_of(b_scene, camera.matrix_world, camera.projection == "ORTHO")
+    frame = facts_of(b_scene, camera.matrix_world, camera.projection == "ORTHO", b_depsgraph)
     world, medium = translate_world(b_depsgraph, b_scene, images, warn, frame)
     surfaces = Surfaces(images, warn, frame, material_override(b_scene, b_depsgraph))
     light_context = LightContext(light_falloff, b_scene.eevee.light_threshold)

@@ -34,10 +34,19 @@ class FrameFacts:
     working_space: str = "Linear Rec.709"
 
 
-def facts_of(b_scene: bpy.types.Scene, camera: Float64, parallel: bool = False) -> FrameFacts:
-    """Those of a frame of this scene. camera, parallel: see `FrameFacts`."""
+def facts_of(
+    b_scene: bpy.types.Scene, camera: Float64, parallel: bool = False, b_depsgraph: bpy.types.Depsgraph | None = None
+) -> FrameFacts:
+    """Those of a frame of this scene. camera, parallel: see `FrameFacts`.
+
+    b_depsgraph : of a render, in which the world's own properties are animated. Blender hands the scene's and the
+                  layer's back to what is evaluated; None: as everything stands.
+    """
     space = bpy.data.colorspace.working_space if hasattr(bpy.data, "colorspace") else "Linear Rec.709"
-    b_owners = (source_layer(b_scene), b_scene, b_scene.world)
+    b_world = b_scene.world
+    if b_world is not None and b_depsgraph is not None:
+        b_world = b_world.evaluated_get(b_depsgraph)
+    b_owners = (source_layer(b_scene), b_scene, b_world)
     return FrameFacts(camera, parallel, tuple(filter(None, b_owners)), space)
 
 

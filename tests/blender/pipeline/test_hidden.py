@@ -8,6 +8,7 @@ import struct
 
 import addon_utils
 import bpy
+import numpy as np
 import pytest
 
 import hybrid_addon as hybrid
@@ -210,3 +211,44 @@ def test_both_halves_have_a_driven_object_at_the_same_place(scene, cube):
         traced = (result.traced[..., :3].sum(-1) > 0.01) & held_out
         assert held_out.sum() > 10
         assert (held_out & ~traced).sum() == 0, frame
+
+
+@pytest.mark.render
+def test_keyframed_properties_of_layer_scene_and_world_are_in_both_halves(scene, cube, tmp_path):
+    """An animation, in which Blender evaluates each layer in a database of its own: red, green, blue of two planes."""
+    layer, world = scene.view_layers[0], scene.world
+    for owner, animated, path in (
+        (layer, scene, f'view_layers["{layer.name}"]["of_layer"]'),
+        (scene, scene, '["of_scene"]'),
+        (world, world, '["of_world"]'),
+    ):
+        name = path.split('"')[-2]
+        for frame, value in ((1, 0.0), (2, 0.75)):
+            owner[name] = value
+            animated.keyframe_insert(path, frame=frame)
+    b_material = bpy.data.materials.new("Glow")
+    if b_material.node_tree is None:
+        b_material.use_nodes = True
+    tree = b_material.node_tree
+    b_glow, b_join = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeCombineXYZ")
+    for name, b_input in zip(("of_layer", "of_scene", "of_world"), b_join.inputs, strict=True):
+        b_node = tree.nodes.new("ShaderNodeAttribute")
+        b_node.attribute_type, b_node.attribute_name = "VIEW_LAYER", name
+        tree.links.new(b_node.outputs["Fac"], b_input)
+    tree.links.new(b_join.outputs[0], b_glow.inputs["Color"])
+    tree.links.new(b_glow.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    for is_traced in (True, False):
+        bpy.ops.mesh.primitive_plane_add(size=20, location=(-10 if is_traced else 10, 0, 0))
+        bpy.context.object.data.materials.append(b_material)
+        bpy.context.object.hybrid.ray_traced = is_traced
+    cube.hide_render = True
+    scene.camera.location, scene.camera.rotation_euler = (0, 0, 10), (0, 0, 0)
+    scene.frame_set(1)
+    scene.frame_start = scene.frame_end = 2
+    scene.render.image_settings.file_format, scene.render.filepath = "OPEN_EXR", str(tmp_path / "f")
+    hybrid.enable(scene)
+    bpy.ops.render.render(animation=True)
+    picture = bpy.data.images.load(str(tmp_path / "f0002.exr"))
+    width, height = picture.size
+    pixels = np.array(picture.pixels[:]).reshape(height, width, -1)[height // 2, [width // 4, 3 * width // 4], :3]
+    assert pixels == pytest.approx(np.full((2, 3), 0.75), rel=0.01)

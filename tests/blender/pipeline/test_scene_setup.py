@@ -173,6 +173,22 @@ def attached():
     trace_scenes.detach()
 
 
+def test_the_mask_layer_has_the_custom_properties_of_the_users(scene):
+    """Attribute nodes of type View Layer read them."""
+    mark(bpy.data.objects["Cube"])
+    source = scene.view_layers[0]
+    source["number"], source["color"], source["group"] = 0.5, [0.1, 0.2, 0.3], {"inner": 2}
+    source["pointer"] = bpy.data.objects["Cube"]
+    enable(scene)
+    mask = scene_setup.mask_layer(scene)
+    assert mask["number"] == 0.5 and list(mask["color"]) == pytest.approx([0.1, 0.2, 0.3])
+    assert mask["group"].to_dict() == {"inner": 2} and "pointer" not in mask
+    del source["color"]
+    source["number"] = 0.25
+    scene_setup.sync(scene)
+    assert mask["number"] == 0.25 and "color" not in mask
+
+
 def test_the_camera_follows(scene):
     mark(bpy.data.objects["Cube"])
     enable(scene)
