@@ -11,13 +11,12 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..memory import REFUSED
 from ..presets import QUALITY
 from ..report.frame import frame_report
 from ..scene import Float32
 from ..settings_table import RENDER, RETRACE, SURFACE, Setting, checked, described
 from . import session
-from .errors import HybridError, TooLarge
+from .errors import HybridError
 from .pipeline import opengl, scene_setup
 from .render import eevee_half, engine, images
 from .render import retrace as again
@@ -159,8 +158,9 @@ def _rendered(scene: bpy.types.Scene) -> HybridResult:
         bpy.ops.render.render(scene=scene.name)
     except RuntimeError as error:
         raise _reason(scene, str(error)) from error
-    if session.of(scene.name).error:
-        raise _error(session.of(scene.name).error)
+    failed = session.of(scene.name).error
+    if failed is not None:
+        raise failed
     return _collect(scene)
 
 
@@ -297,13 +297,6 @@ def _raster_report(scene: bpy.types.Scene, resolution: tuple[int, int]) -> dict[
     )
 
 
-def _error(line: str) -> HybridError:
-    return TooLarge(line) if line.startswith(REFUSED) else HybridError(line)
-
-
 def _reason(scene: bpy.types.Scene, message: str) -> Exception:
-    """The engine's own line if it has one, else Blender's first."""
-    known = session.of(scene.name).error
-    if known:
-        return _error(known)
-    return RuntimeError(message.strip().splitlines()[0].removeprefix("Error: "))
+    """The engine's own if it has one, else Blender's first line."""
+    return session.of(scene.name).error or RuntimeError(message.strip().splitlines()[0].removeprefix("Error: "))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import bpy
 
@@ -73,22 +73,33 @@ class Witness(Protocol):
         """What has changed, as the subject and verb of a sentence; "" if nothing has."""
 
 
+class Half(NamedTuple):
+    """EEVEE's half of a picture, over the rendered window, scene-linear float32; None: it was not asked for.
+
+    raster : (h, w, 4) without the ray traced objects.   mask : (h, w) their coverage.
+    depth  : (h, w) metres, of that picture.   albedo : (h, w, 3) its diffuse colour, black where the objects are.
+    lines  : (h, w, 4) Freestyle's, over both halves.
+    """
+
+    raster: Float32 | None = None
+    mask: Float32 | None = None
+    depth: Float32 | None = None
+    albedo: Float32 | None = None
+    lines: Float32 | None = None
+
+
 @dataclass(eq=False)
 class EeveeHalf:
     """EEVEE's half of the last render of a scene.
 
-    raster, mask, depth, albedo, lines : as `eevee_half.read` gives them, over `window`.
+    half     : what it drew, over `window`.
     shadows  : whether the shadows of ray traced objects were left out of it.
     snapshot : the scene as it was when that render began.
     drawn    : what the tracer knows of all that EEVEE draws: places and lights, meshes.
     """
 
     window: tuple[int, int, int, int]
-    raster: Float32
-    mask: Float32
-    depth: Float32 | None
-    albedo: Float32 | None
-    lines: Float32 | None
+    half: Half
     frame: int
     shadows: bool
     snapshot: Witness
@@ -100,7 +111,7 @@ class Session:
     """What the add-on remembers of one scene.
 
     frame, report  : of the last render; the report stays, for the panel, while the next frame is in work.
-    error          : why the last trace failed, one line; "" if it did not.
+    error          : why the last trace failed, in one line; None if it did not.
     caches         : for the next render (`caches_of`).
     snapshot       : the scene as it was when its last render began.
     eevee_half     : what a retrace goes over.
@@ -110,7 +121,7 @@ class Session:
 
     frame: Frame | None = None
     report: dict[str, Any] | None = None
-    error: str = ""
+    error: Exception | None = None
     caches: FrameCaches | None = None
     snapshot: Witness | None = None
     eevee_half: EeveeHalf | None = None
@@ -123,7 +134,7 @@ class Session:
 
     def begin_frame(self) -> None:
         """A frame of this scene begins: forget the last one."""
-        self.frame, self.error, self._delivered = None, "", None
+        self.frame = self.error = self._delivered = None
         self._start = Clock()
 
     def since_start(self) -> dict[str, float]:

@@ -19,6 +19,7 @@ from .. import session
 from ..errors import HybridError
 from ..flags import Flags
 from ..lines import draws_freestyle, draws_grease_pencil
+from ..sync.messages import Warnings
 from ..view_layers import MASK_MARK, SOURCE_MARK, mask_layer, set_, source_layer, sync_mask_layer
 from . import compositor_setup, opengl, trace_scenes
 from .guard import guard, is_busy
@@ -112,23 +113,29 @@ def ray_traced_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 def missed(scene: bpy.types.Scene) -> list[str]:
     """Warnings of objects that are ticked, rendered, and yet not ray traced."""
-    flags, source = Flags(scene), source_layer(scene)
-    there = set(rendered_objects(scene))
-    found = [
-        f"object {ob.name!r} belongs to background scene {scene.background_set.name!r}: only EEVEE draws it; "
-        f"link it to scene {scene.name!r} to have it ray traced"
-        for ob in flags.missed()
-        if not ob.hide_render
-    ]
-    for layer in scene.view_layers:
-        if layer != source and layer.use and MASK_MARK not in layer and layer.layer_collection is not None:
-            names = [ob.name for ob in layer.objects if ob not in there and flags.is_ray_traced(ob)]
-            if names:
-                found.append(
-                    f"only view layer {source.name!r} is hybrid; in {layer.name!r} EEVEE draws {', '.join(names)}: "
-                    f"show them in {source.name!r}, or make {layer.name!r} the first layer"
-                )
-    return found
+    told, source = Warnings(), source_layer(scene)
+    for ob in (ob for ob in Flags(scene).missed() if not ob.hide_render):
+        told.add(
+            f"object {ob.name!r} belongs to background scene {scene.background_set.name!r}: only EEVEE draws it; "
+            f"link it to scene {scene.name!r} to have it ray traced"
+        )
+    for layer, names in other_layers(scene).items():
+        if names:
+            told.add(
+                f"only view layer {source.name!r} is hybrid; in {layer!r} EEVEE draws {', '.join(names)}: "
+                f"show them in {source.name!r}, or make {layer!r} the first layer"
+            )
+    return list(told)
+
+
+def other_layers(scene: bpy.types.Scene) -> dict[str, list[str]]:
+    """The view layers that are rendered beside the hybrid one; of each what is ticked there, but not shown in that."""
+    flags, source, there = Flags(scene), source_layer(scene), set(rendered_objects(scene))
+    return {
+        layer.name: [ob.name for ob in layer.objects if ob not in there and flags.is_ray_traced(ob)]
+        for layer in scene.view_layers
+        if layer != source and layer.use and MASK_MARK not in layer
+    }
 
 
 def rendered_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -332,9 +339,8 @@ def _disown_copies(scene: bpy.types.Scene) -> None:
 
 def _remove_orphans() -> None:
     """What belonged to scenes that are gone."""
-    scenes = _own_scenes()
     trace_scenes.release_lost()
-    collections = {own_collection(scene) for scene in scenes}
+    collections = {own_collection(scene) for scene in _own_scenes()}
     for scene in [s for s in bpy.data.scenes if is_trace_scene(s) and s.library is None]:
         if len(bpy.data.scenes) > 1:  # of a file that an older release left one in
             bpy.data.scenes.remove(scene)

@@ -13,12 +13,11 @@ from ..errors import HybridError
 from ..flags import Flags
 from ..lines import draws_freestyle
 from ..pipeline import scene_setup
+from ..session import Half
 from . import images
 from .motion_blur import is_blurred
 
 Window = tuple[int, int, int, int]
-
-Half = tuple[Float32, Float32, Float32 | None, Float32 | None, Float32 | None]
 
 FREESTYLE = ("Freestyle", "FreestyleLineSet")
 """Names of Freestyle's pass."""
@@ -28,12 +27,9 @@ ALBEDO = ("Diffuse Color", "DiffCol")
 
 
 def read(scene: bpy.types.Scene, window: Window, check: Callable[[], None]) -> Half:
-    """EEVEE's picture without the ray traced objects (h, w, 4), their coverage (h, w) and, if they were asked for, the
-    depth (h, w) and the diffuse colour (h, w, 3), black where these are, of that picture, and Freestyle's lines
-    (h, w, 4) over both halves; all over the window."""
+    """What EEVEE has just drawn, over the window. Raises HybridError if the scene has no mask layer."""
     from ...compositor import mask_from_alpha
 
-    refuse_stereo(scene)
     planes = images.read_render_result(scene, check)
     mask_layer = scene_setup.mask_layer(scene)
     if mask_layer is None:
@@ -47,11 +43,11 @@ def read(scene: bpy.types.Scene, window: Window, check: Callable[[], None]) -> H
     lines = next((planes[name] for pass_ in FREESTYLE if (name := f"{source}.{pass_}") in planes), None)
     lines = None if lines is None or not draws_freestyle(scene) else _crop(lines, window)
     whole = _crop(planes[f"{source}.Combined"], window)[..., 3] if scene.render.film_transparent else None
-    return raster, mask_from_alpha(raster[..., 3], whole), depth, albedo, lines
+    return Half(raster, mask_from_alpha(raster[..., 3], whole), depth, albedo, lines)
 
 
 def refuse_stereo(scene: bpy.types.Scene) -> None:
-    """Raise HybridError if EEVEE draws several views: there is one mask, and one picture to read."""
+    """Raise HybridError if several views are to be rendered, in any mode: there is one mask, and one traced picture."""
     if scene.render.use_multiview:
         raise HybridError(f"scene '{scene.name}' renders several views: switch Stereoscopy off (Properties > Output)")
 

@@ -12,20 +12,21 @@ import platform
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import bpy
 import numpy as np
 
 from ...clock import Clock
+from ...memory import REFUSED
 from ...report.ended import ended_warnings
 from ...report.frame import frame_report
 from ...scene import Film, Float32, Raster
 from .. import lines as lines_drawn
-from .. import session, view_layers
+from .. import session
+from ..errors import HybridError, TooLarge
 from ..flags import unsaved_overrides
 from ..pipeline import compositor_setup, eevee_shadows, evaluated, others_handlers, scene_setup, trace_scenes
-from ..session import Frame
+from ..session import Frame, Half
 from . import abort, eevee_half, motion_blur, retrace
 from .settings import public_settings, tracer_settings, with_background
 
@@ -68,12 +69,13 @@ class HybridTracer(bpy.types.RenderEngine):
         others_handlers.show()
         scene = trace_scenes.owner(depsgraph.scene)
         if scene is None:
-            self._fail("", f"scene '{depsgraph.scene.name}' {USE_EEVEE}")
+            self._fail("", HybridError(f"scene '{depsgraph.scene.name}' {USE_EEVEE}"))
             return
         try:
             from ...tracer import Cancelled
         except ImportError as error:
-            self._fail(scene.name, f"Embree does not load on {platform.platform()}: {error}; install this system's zip")
+            text = f"Embree does not load on {platform.platform()}: {error}; install this system's zip"
+            self._fail(scene.name, HybridError(text))
             return
         for name, channels in _passes(scene).items():
             self.add_pass(name, len(channels), channels)
@@ -88,9 +90,12 @@ class HybridTracer(bpy.types.RenderEngine):
             delivered = True
         except Cancelled:
             pass
-        except (ValueError, MemoryError) as error:  # our checks, the translator's and the tracer's: one line each
-            self._fail(scene.name, str(error) or "not enough memory: lower the resolution or the samples")
-        except Exception:  # a bug of ours: Blender prints it
+        except MemoryError as error:
+            self._fail(scene.name, TooLarge(str(error) or f"{REFUSED}: lower the resolution or the samples"))
+        except ValueError as error:  # our checks, the translator's and the tracer's: one line each
+            self._fail(scene.name, error if isinstance(error, HybridError) else HybridError(str(error)))
+        except Exception as error:  # a bug of ours: Blender prints it
+            session.of(scene.name).error = RuntimeError(f"the ray tracer failed: {type(error).__name__}: {error}")
             abort.plain_render()
             raise
         finally:
@@ -109,10 +114,10 @@ class HybridTracer(bpy.types.RenderEngine):
         frame = math.floor(moment)
         self.frame_set(frame, subframe=moment - frame)
 
-    def _fail(self, scene: str, message: str) -> None:
-        session.of(scene).error = message
-        self.report({"ERROR"}, f"Hybrid: {message}")
-        self.error_set(f"Hybrid: {message}")
+    def _fail(self, scene: str, error: HybridError) -> None:
+        session.of(scene).error = error
+        self.report({"ERROR"}, f"Hybrid: {error}")
+        self.error_set(f"Hybrid: {error}")
         abort.plain_render()
 
 
@@ -133,20 +138,19 @@ def trace_frame(
     from ...tracer.materials.textures import sample_texture
     from ..sync import translate
 
+    eevee_half.refuse_stereo(scene)
     own = session.of(scene.name)
     timing = {"raster": own.since_start()}
     mode = scene.hybrid.mode
 
     clock = Clock()
-    drawn, mask, depth, albedo, lines = None, None, None, None, None
     again = held = retrace.held(scene)
-    if again is not None:
-        drawn, mask, depth, albedo, lines = again.raster, again.mask, again.depth, again.albedo, again.lines
-    elif mode != "FULL":
+    half = again.half if again is not None else Half()
+    if again is None and mode != "FULL":
         reading = "Reading EEVEE's picture"
-        half = _stage(progress, reading, eevee_half.read, scene, window, partial(_going_on, progress, reading))
-        drawn, mask, depth, albedo, lines = half
+        half = eevee_half.read(scene, window, partial(_going_on, progress, reading))
         held = retrace.hold(scene, window, half)
+    drawn, mask, depth, albedo, lines = half
     timing["mask read"] = clock.read()
 
     clock, left = Clock(), session.caches_of(scene.name)
@@ -154,7 +158,8 @@ def trace_frame(
         translate, depsgraph, scene, resolution, window, light_falloff=scene.hybrid.light_falloff, kept=left.meshes,
         sample=sample_texture,
     )  # fmt: skip
-    translation = _stage(progress, "Translating the scene", translated)
+    _going_on(progress, "Translating the scene")
+    translation = translated()
     timing["translate"] = clock.read()
     if held is not None:
         retrace.check_drawn(held, translation.scene)
@@ -203,7 +208,7 @@ def trace_frame(
         counts=translation.counts,
         time=timing,
         warnings=[
-            *(*scene_warnings(scene), *seen_through),
+            *(*scene_warnings(scene), *motion_blur.warnings(scene, settings.samples), *seen_through),
             *translation.warnings,
             *budget_warnings(scene, timing, film),
             *ended_warnings(
@@ -238,11 +243,7 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
     """What the pipeline itself cannot do in this scene."""
     warnings, settings = [], scene.hybrid
     source = scene_setup.source_layer(scene)
-    others = [
-        layer.name
-        for layer in scene.view_layers
-        if layer != source and layer.use and not layer.get(view_layers.MASK_MARK)
-    ]
+    others = [layer for layer, missing in scene_setup.other_layers(scene).items() if not missing]
     if others:
         warnings.append(f"only view layer '{source.name}' is hybrid; drawn by EEVEE alone: {', '.join(others)}")
     if compositor_setup.feeds_nothing(scene, source):
@@ -273,11 +274,6 @@ def versions() -> dict[str, str]:
 
 
 # ------------------------------------------------------------------------------------------------ small parts
-
-
-def _stage(progress: Progress, phase: str, work: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-    _going_on(progress, phase)
-    return work(*args, **kwargs)
 
 
 def _going_on(progress: Progress, phase: str) -> None:

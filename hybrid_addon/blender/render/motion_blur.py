@@ -31,6 +31,9 @@ MOMENTS = 8
 SAMPLES_EACH = 2
 """Of a moment, at least: a single one is not filtered (`Settings.samples`)."""
 
+FEWEST = 2
+"""Moments, be they of one sample: one alone would stand still on a blurred background."""
+
 CURVE_STEPS = 256
 """Into which the shutter curve is cut to be integrated; Blender's own table of it has as many."""
 
@@ -44,13 +47,21 @@ def is_blurred(scene: bpy.types.Scene) -> bool:
     return bool(scene.render.use_motion_blur and getattr(layer, "use_motion_blur", True))
 
 
+def warnings(scene: bpy.types.Scene, samples: int) -> list[str]:
+    """What is not blurred."""
+    if samples >= FEWEST or not is_blurred(scene):
+        return []
+    return [f"with {samples} sample ray traced objects stand still, without motion blur: take {FEWEST} or more"]
+
+
 def moments(scene: bpy.types.Scene, samples: int) -> list[float]:
     """Frames, with their fractions, at which the picture is traced; the current one alone without motion blur."""
     now = scene.frame_current + scene.frame_subframe
     if not is_blurred(scene):
         return [now]
     steps = max(1, scene.eevee.motion_blur_steps)
-    count = max(1, min(steps * math.ceil(MOMENTS / steps), samples // SAMPLES_EACH))
+    affordable = max(samples // SAMPLES_EACH, min(samples, FEWEST))
+    count = min(steps * math.ceil(MOMENTS / steps), affordable)
     if count == 1:
         return [now]
     shift = {"START": 0.0, "CENTER": -0.5, "END": -1.0}[scene.render.motion_blur_position]

@@ -17,9 +17,8 @@ from ...scene import Scene, TriangleMesh
 from .. import session
 from ..errors import HybridError
 from ..pipeline import nodes, scene_setup
-from ..session import EeveeHalf
+from ..session import EeveeHalf, Half
 from ..sync.cache import same
-from .eevee_half import Half
 from .snapshot import Snapshot
 
 PASS = "Raster"
@@ -43,7 +42,7 @@ def hold(scene: bpy.types.Scene, window: tuple[int, int, int, int], half: Half) 
     if own.snapshot is None:
         return None
     shadows = scene_setup.traces_shadows(scene)
-    own.eevee_half = EeveeHalf(window, *half, scene.frame_current, shadows, own.snapshot)
+    own.eevee_half = EeveeHalf(window, half, scene.frame_current, shadows, own.snapshot)
     return own.eevee_half
 
 
@@ -122,8 +121,8 @@ def why_not(scene: bpy.types.Scene, thorough: bool = False) -> str:
         return f"{changed} since the last render: press F12"
     missing = {
         "Traced Shadows has": known.shadows != scene_setup.traces_shadows(scene),
-        "Use EEVEE Pixels has": scene_setup.needs_raster(scene) and known.depth is None,
-        "Caustics has": scene_setup.needs_albedo(scene) and known.albedo is None,
+        "Use EEVEE Pixels has": scene_setup.needs_raster(scene) and known.half.depth is None,
+        "Caustics has": scene_setup.needs_albedo(scene) and known.half.albedo is None,
     }
     what = next((name for name, is_missing in missing.items() if is_missing), "")
     return f"{what} changed what EEVEE draws: press F12" if what else _other_layers(scene)

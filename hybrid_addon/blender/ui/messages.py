@@ -23,7 +23,7 @@ def draw_state(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         return
     own = session.of(scene.name)
     if own.error:
-        paragraph(layout, context, sentence(own.error), icon="ERROR")
+        paragraph(layout, context, sentence(str(own.error)), icon="ERROR")
     if not scene.hybrid.enabled:
         return
     hint = _nothing_to_trace(scene)

@@ -10,6 +10,7 @@ import pytest
 
 import hybrid_addon as hybrid
 from hybrid_addon.blender.pipeline import scene_setup
+from hybrid_addon.blender.render.engine import scene_warnings
 
 pytestmark = [pytest.mark.blender, pytest.mark.render]
 
@@ -112,7 +113,7 @@ def test_what_is_ticked_and_yet_not_ray_traced_is_named(still):
     glasses = bpy.data.collections.new("Glasses")
     still.collection.children.link(glasses)
     stage = bpy.data.scenes.new("Stage")
-    for name, owner in (("Glass", glasses), ("There", stage.collection)):
+    for name, owner in (("Glass", glasses), ("There", stage.collection), ("Too", stage.collection)):
         b_object = bpy.data.objects.new(name, bpy.data.objects["Cube"].data)
         owner.objects.link(b_object)
         hybrid.mark(b_object)
@@ -120,10 +121,17 @@ def test_what_is_ticked_and_yet_not_ray_traced_is_named(still):
     front = still.view_layers.new("Front")
     still.view_layers[0].layer_collection.children["Glasses"].exclude = True
     warnings = scene_setup.missed(still)
-    assert [("Front" in line, "Glass" in line, "There" in line and "Stage" in line) for line in warnings] == [
+    assert [("Front" in line, "Glass" in line, "'There', 'Too'" in line and "Stage" in line) for line in warnings] == [
         (False, False, True),
         (True, True, False),
     ]
-    front.use = False
+    assert not [line for line in scene_warnings(still) if "EEVEE alone" in line]  # one line for one layer
+    assert scene_setup.other_layers(still) == {"Front": ["Glass"]}
+    back = still.view_layers.new("Back")
+    back.layer_collection.children["Glasses"].exclude = True
+    back.update()
+    assert scene_setup.other_layers(still) == {"Front": ["Glass"], "Back": []}
+    assert next(line for line in scene_warnings(still) if "alone" in line).endswith("drawn by EEVEE alone: Back")
+    back.use = front.use = False
     assert len(scene_setup.missed(still)) == 1
     assert {ob.name for ob in scene_setup.ray_traced_objects(still)} == {"Cube"}

@@ -114,7 +114,7 @@ def test_colours_stay_those_of_the_objects_where_they_pass(blurred):
 def test_blender_stands_at_its_frame_afterwards_and_nothing_is_warned_of(blurred):
     assert blurred.traced_at == 1.0
     assert not [line for line in blurred.result.report["warnings"] if "blur" in line]
-    assert session.of(blurred.scene.name).error == ""
+    assert session.of(blurred.scene.name).error is None
 
 
 def times(scene, samples=64, **settings):
@@ -135,7 +135,13 @@ def test_moments_are_the_middles_of_even_parts_of_the_shutter_time(scene):
     assert len(times(scene, motion_blur_steps=3)) == 9  # each of EEVEE's steps has as many
     assert len(times(scene, motion_blur_steps=20)) == 20
     assert len(times(scene, samples=6)) == 3  # two samples are left for each
+    assert [len(times(scene, samples=n)) for n in (2, 3, 4)] == [2, 2, 2]  # rather unfiltered than standing still
+    assert motion_blur.warnings(scene, 2) == []
     assert times(scene, samples=1).tolist() == [7.0]
+    (line,) = motion_blur.warnings(scene, 1)
+    assert "stand still" in line
+    scene.render.use_motion_blur = False
+    assert motion_blur.warnings(scene, 1) == []
 
 
 def test_the_view_layer_can_do_without(scene):

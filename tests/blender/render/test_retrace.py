@@ -10,6 +10,7 @@ import pytest
 from hybrid_addon.blender import session
 from hybrid_addon.blender.api import HybridError, disable, enable, mark, render
 from hybrid_addon.blender.api import retrace as trace_again
+from hybrid_addon.blender.errors import TooLarge
 from hybrid_addon.blender.pipeline import scene_setup
 from hybrid_addon.blender.render import retrace
 from hybrid_addon.blender.render.snapshot import Snapshot, digest
@@ -203,15 +204,25 @@ def test_a_failure_leaves_the_pipeline_as_it_was(hybrid, monkeypatch):
     render(hybrid)
     before = structure(hybrid)
 
-    def fail(*_args, **_kwargs):
-        raise ValueError("no")
+    def fails(error):
+        def fail(*_args, **_kwargs):
+            raise error
 
-    monkeypatch.setattr(tracer, "trace", fail)
-    with pytest.raises(HybridError, match="no"):
-        trace_again(hybrid)
-    assert structure(hybrid) == before and not any(own.retracing for own in session.everyone())
+        return fail
+
+    half = session.of(hybrid.name).eevee_half
+    for error, kind, text in (
+        (ValueError("no"), HybridError, "^no$"),
+        (MemoryError(), TooLarge, "not enough memory"),
+        (KeyError("bug"), RuntimeError, "^the ray tracer failed: KeyError: 'bug'$"),
+    ):
+        session.of(hybrid.name).eevee_half = half
+        monkeypatch.setattr(tracer, "trace", fails(error))
+        with pytest.raises(kind, match=text):
+            trace_again(hybrid)
+        assert structure(hybrid) == before and not any(own.retracing for own in session.everyone())
     monkeypatch.undo()
-    session.of(hybrid.name).error = ""
+    session.of(hybrid.name).error = None
     equal(render(hybrid), trace_again(hybrid))
 
 

@@ -11,6 +11,7 @@ import bpy
 import pytest
 
 from hybrid_addon.blender import flags, session
+from hybrid_addon.blender.errors import HybridError
 from hybrid_addon.blender.ui import advice, layout, messages, panels, render_panels, translations
 from hybrid_addon.blender.ui.translations.german import GERMAN
 
@@ -111,9 +112,9 @@ def test_a_picture_without_rays_says_why(cube):
     assert told(cube).startswith("All ray traced objects are hidden in renders")
     flags.clear(cube)
     assert told(cube).startswith("No object is ray traced")
-    session.of(cube.name).error = "scene 'Scene' has no camera"
+    session.of(cube.name).error = HybridError("scene 'Scene' has no camera")
     assert told(cube).startswith("Scene 'Scene' has no camera")
-    session.of(cube.name).error = ""
+    session.of(cube.name).error = None
     cube.render.engine = "CYCLES"
     assert told(cube).startswith("Hybrid needs EEVEE")
     assert bpy.ops.hybrid.use_eevee() == {"FINISHED"}

@@ -100,12 +100,7 @@ RENDER: Table = {
     ),
     **followed("use_motion_blur, motion_blur_shutter, motion_blur_position"),
     **irrelevant(LINKS, "motion_blur_shutter_curve"),
-    "use_multiview": Named(
-        "is refused where chosen objects are traced; where everything is, one view is shown",
-        False,
-        rank=FIRST,
-        label="stereoscopy",
-    ),
+    "use_multiview": Named("is refused: switch it off in Properties > Output", False, rank=FIRST, label="Stereoscopy"),
     "use_sequencer": Named(
         "replaces the rendered picture: switch Post Processing > Sequencer off", False, _has_strips, FIRST
     ),
