@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..accelerated import accelerated
+
 Array = NDArray[Any]
 
 
+@accelerated
 def fresnel_dielectric(cos_i: Array, eta: Array) -> Array:
     """Exact unpolarised reflectance (n,) of a dielectric; 1 beyond the critical angle, exactly 0 for eta = 1.
 

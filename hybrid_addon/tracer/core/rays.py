@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...accelerated import accelerated
 from ...scene import Float32, Float64
 from .constants import MISS, ORIGIN_OFFSET
 from .vectors import Array, Index, largest_component, take
@@ -169,6 +170,7 @@ def origin_offset(point: Float32, extent: Float32) -> Float32:
     return np.float32(ORIGIN_OFFSET) * np.maximum(extent, largest_component(point))
 
 
+@accelerated
 def offset_origin(point: Float64, normal: Array, offset: Float32) -> Float32:
     """Move points (3, n) by `offset` (n,) along unit normals (3, n) and round to float32 (see ORIGIN_OFFSET)."""
     moved = normal * offset
@@ -176,6 +178,7 @@ def offset_origin(point: Float64, normal: Array, offset: Float32) -> Float32:
     return moved.astype(np.float32)
 
 
+@accelerated
 def traceable(origin: Float32, direction: Float32) -> NDArray[np.bool_]:
     """Which rays may be sent: finite origins, finite directions that are not 0.
 

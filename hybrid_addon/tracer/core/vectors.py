@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...accelerated import accelerated
+
 Array = NDArray[Any]
 Index = NDArray[np.intp] | slice
 
@@ -21,6 +23,7 @@ LONG = 1 << 17
 """Columns, above which products in between would each need new memory, which takes longer than working them out."""
 
 
+@accelerated
 def dot(a: Array, b: Array) -> Array:
     """Dot product of (3, n) with (3, n), or of (3,) with (3, n): (n,)."""
     result: Array = a[0] * b[0]
@@ -43,12 +46,14 @@ def cross(a: Array, b: Array) -> Array:
     return result
 
 
+@accelerated
 def normalize(a: Array) -> Array:
     """The (3, n) directions of the (3, n) vectors; NaN where a vector is 0."""
     result: Array = a * (1 / np.sqrt(dot(a, a)))
     return result
 
 
+@accelerated
 def orthonormal_basis(n: Array) -> tuple[Array, Array]:
     """Two unit directions (3, n) that make a right-handed basis with unit n (3, n) (Duff et al. 2017)."""
     sign = np.copysign(n.dtype.type(1), n[2])
@@ -64,6 +69,7 @@ def matrix_times(matrix: Array, a: Array) -> Array:
     return np.stack([m[i, 0] * a[0] + m[i, 1] * a[1] + m[i, 2] * a[2] for i in range(3)])
 
 
+@accelerated
 def largest_component(a: Array) -> Array:
     """The largest |coordinate| of each column of (3, n): (n,)."""
     result: Array = np.abs(a[0])

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...accelerated import accelerated
 from ...scene import Float32
 from ..core.constants import BUDGET_BITS, BUDGET_UNIT, FAINT_LIGHT, LIGHT_BUDGET
 from ..core.vectors import flatnonzero
@@ -27,7 +28,9 @@ class ErrorBudget:
 
     limit, light_limit : throughput that each may lose of its branches, and of light that is not asked for.
     spent, unlit : (n,) int64, what each has lost of them so far.
-    released : (depth + 1,) int64, how much of `limit` may be spent after so many bounces.
+    released : (depth + 1,) int64, how much of `limit` may be spent after so many bounces, in equal parts. Spent at once
+               it would go to the first small branches, and nothing would be left to prune the many, tinier ones that
+               grow from the others.
     scratch  : (n,) int64, working space: zeros between calls.
     """
 
@@ -52,37 +55,17 @@ class ErrorBudget:
         """Samples (n,) have lost throughput (n,) of their branches."""
         np.add.at(self.spent, sample, budget_units(np.nan_to_num(lost, posinf=0.0)))
 
-    def allowed(self, generation: NDArray[np.int16]) -> Units:
-        """How much samples (n,) may have spent after so many bounces: the budget is released in equal parts.
-
-        Spent at once it would go to the first small branches, and nothing would be left to prune the many, tinier ones
-        that grow from the others.
-        """
-        return self.released.take(generation, mode="clip")
-
     def cuttable(self, sample: Numbers, weight: Float32, generation: NDArray[np.int16]) -> NDArray[np.bool_]:
         """Which branches of weight (n,) of samples (n,) may be cut: the smallest of a sample first.
 
         Of those that weigh the same all or none. generation: (all samples,) bounces so far.
         """
-        # What alone is too much is out.
         result = np.zeros(len(weight), bool)
-        candidates = flatnonzero((weight > 0) & (weight <= np.float32(self.limit * BUDGET_UNIT)))
-        cost, owner = budget_units(weight.take(candidates)), sample.take(candidates)
-        possible = flatnonzero(cost <= self.allowed(generation.take(owner)) - self.spent.take(owner))
-        # Sort the others by sample, then by weight, and add them up.
-        key = (owner.take(possible) << BUDGET_BITS) | cost.take(possible)
-        ordered = np.sort(key)
-        owner, cost = ordered >> BUDGET_BITS, ordered & ((1 << BUDGET_BITS) - 1)
-        starts = flatnonzero(np.diff(owner, prepend=-1))
-        first, number = owner.take(starts), np.diff(starts, append=len(owner))
-        total = np.cumsum(cost)
-        until = (total - cost).take(starts) + self.allowed(generation.take(first)) - self.spent.take(first)
-        # Of each sample the first that is too much, and all of its weight: where the sums go beyond what is left.
-        beyond = np.searchsorted(total, until, side="right")
-        self.scratch[first] = np.where(beyond < starts + number, ordered.take(beyond, mode="clip"), HEAVIEST_KEY)
-        result[candidates.take(possible[key < self.scratch.take(key >> BUDGET_BITS)])] = True
-        self.scratch[first] = 0
+        heaviest = np.array([self.limit * BUDGET_UNIT], np.float32)
+        key, index = candidates(sample, weight, generation, self.released, self.spent, heaviest)
+        if len(key):
+            ordered = np.sort(key)
+            result[index] = lightest(key, ordered, generation, self.released, self.spent, self.scratch)
         return result
 
     def cut_light(self, sample: Numbers, share: Float32) -> Numbers:
@@ -95,6 +78,40 @@ class ErrorBudget:
         fits = self.unlit.take(owner) + sum_of_each(owner, cost, self.scratch) <= self.light_limit
         np.add.at(self.unlit, owner[fits], cost[fits])
         return faint[fits]
+
+
+@accelerated
+def candidates(
+    sample: Numbers, weight: Float32, generation: NDArray[np.int16], released: Units, spent: Units, heaviest: Float32
+) -> tuple[Units, Numbers]:
+    """Of the branches (n,) those that alone are not too much: keys that sort by sample, then by weight; which they are.
+
+    heaviest : (1,), what no sample may lose of one.   generation, released, spent : see `ErrorBudget`.
+    """
+    light = flatnonzero((weight > 0) & (weight <= heaviest[0]))
+    cost, owner = budget_units(weight.take(light)), sample.take(light)
+    allowed = released.take(generation.take(owner), mode="clip")
+    possible = flatnonzero(cost <= allowed - spent.take(owner))
+    return (owner.take(possible) << BUDGET_BITS) | cost.take(possible), light.take(possible)
+
+
+@accelerated
+def lightest(
+    key: Units, ordered: Units, generation: NDArray[np.int16], released: Units, spent: Units, scratch: Units
+) -> NDArray[np.bool_]:
+    """Which of the candidates (n,) are cut: of each sample the lightest, as far as all of them fit. ordered: sorted."""
+    owner, cost = ordered >> BUDGET_BITS, ordered & ((1 << BUDGET_BITS) - 1)
+    starts = flatnonzero(np.diff(owner, prepend=-1))
+    first, number = owner.take(starts), np.diff(starts, append=len(owner))
+    total = np.cumsum(cost)
+    allowed = released.take(generation.take(first), mode="clip")
+    until = (total - cost).take(starts) + allowed - spent.take(first)
+    # Of each sample the first that is too much, and all of its weight: where the sums go beyond what is left.
+    beyond = np.searchsorted(total, until, side="right")
+    scratch[first] = np.where(beyond < starts + number, ordered.take(beyond, mode="clip"), HEAVIEST_KEY)
+    result = key < scratch.take(key >> BUDGET_BITS)
+    scratch[first] = 0
+    return np.asarray(result, bool)
 
 
 def budget_units(weight: Float32) -> Units:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...accelerated import accelerated
 from ...scene import Float32, Float64, Settings
 from ..core.constants import BUDGET_UNIT, MAX_BRANCHES, MOST_RAYS, RAYS_AHEAD
 from ..core.rays import BACKGROUND, REFLECTION, REFRACTION
@@ -127,30 +128,26 @@ class SampleBuffer:
 
         branch : (rows, n) of the rays (see `Rays`); no rows, or None: no light pass asks.
         """
-        self._add(self.radiance, sample, contribution)
+        add_at(self.radiance, sample, contribution)
         if branch is None or len(branch) == 0:
             return
         for name, numbers in BRANCHES.items():
             if name in self.aovs:
                 members = flatnonzero(np.isin(branch[0], numbers))
-                self._add(self.aovs[name], sample[members], contribution[:, members])
+                add_at(self.aovs[name], sample[members], contribution[:, members])
 
     def add_backed(self, sample: Numbers, throughput: Float32) -> None:
         """Note throughput (3, n) that raster-backed hits ended: its largest channel."""
         if "raster_backed" in self.aovs:
-            self._add(self.aovs["raster_backed"], sample, largest_component(throughput)[None])
+            add_at(self.aovs["raster_backed"], sample, largest_component(throughput)[None])
 
     def add_passed(self, sample: Numbers, throughput: Float32) -> None:
         """Note throughput (3, n) by which the background is seen straight through ray traced surfaces."""
-        self._add(self.aovs["passed"], sample, throughput)
-
-    def _add(self, to: Float64, sample: Numbers, values: Float32) -> None:
-        for channel, row in zip(to, values.astype(np.float64), strict=True):
-            np.add.at(channel, sample, row)  # of the sums' own type: thirty times as fast as with another
+        add_at(self.aovs["passed"], sample, throughput)
 
     def add_residual(self, sample: Numbers, lost: Float32) -> None:
         """Note throughput that was cut off: its largest channel (n,), so that L_max times it bounds the error."""
-        np.add.at(self.residual, sample, lost.astype(np.float64))
+        add_at(self.residual[None], sample, lost[None])
         if self.budget is not None:
             self.budget.charge(sample, lost)
 
@@ -181,21 +178,16 @@ class SampleBuffer:
         0 for those that are not followed: that is residual (see `branch_selection`). None: all are followed, and are
         none too many.
         """
+        if self.most_rays == 0 and len(weight) <= MAX_BRANCHES:
+            return None
+        most_branches = MAX_BRANCHES * self.first
+        if follow_all(sample, weight, self.followed, self.scratch, most_branches, self.most_rays, RAYS_AHEAD):
+            return None
         # How many branches each sample has, and how many it may follow.
         there = flatnonzero(weight > 0)
-        if self.most_rays == 0 and len(there) <= MAX_BRANCHES:
-            return None
         owner = sample.take(there)
-        number = sum_of_each(owner, np.ones(len(owner), np.int64), self.scratch)
-        most = np.full(len(owner), MAX_BRANCHES * self.first)
-        if self.most_rays:
-            left = self.most_rays - self.followed.take(owner)
-            np.minimum(most, -(-left // RAYS_AHEAD), out=most)
-            np.maximum(most, 1, out=most)  # the last one goes on for all
+        number, most = _room(owner, self.followed, self.scratch, most_branches, self.most_rays, RAYS_AHEAD)
         many = flatnonzero(number > most)
-        if len(many) == 0:
-            np.add.at(self.followed, owner, 1)
-            return None
         # Where they are too many, draw; what is left out is residual, which others stand for.
         factor = np.ones(len(weight))
         some, cost = owner[many], budget_units(weight.take(there[many]))
@@ -220,3 +212,39 @@ class SampleBuffer:
         way = self.generation.take(sample).astype(np.uint32)
         chance = Draws(self.sampler or unknown, sample, way).square(LOT)[0]
         return np.asarray((chance.astype(np.float64) * (1 - BUDGET_UNIT)) + BUDGET_UNIT / 2)
+
+
+@accelerated
+def add_at(to: Float64, sample: Numbers, values: Float32) -> None:
+    """Add (k, n) to columns `sample` (n,) of sums (k, samples), one after the other."""
+    for channel, row in zip(to, values.astype(np.float64), strict=True):
+        np.add.at(channel, sample, row)  # of the sums' own type: thirty times as fast as with another
+
+
+@accelerated
+def follow_all(
+    sample: Numbers, weight: Float32, followed: NDArray[np.int64], scratch: NDArray[np.int64], most: int,
+    most_rays: int, ahead: int,
+) -> bool:  # fmt: skip
+    """Whether no sample has too many branches (n,), those of weight 0 apart; then they are counted in `followed`.
+
+    followed, scratch, most_rays : see `SampleBuffer`.   most, ahead : MAX_BRANCHES for each first ray, RAYS_AHEAD.
+    """
+    owner = sample.take(flatnonzero(weight > 0))
+    number, limit = _room(owner, followed, scratch, most, most_rays, ahead)
+    if (number > limit).any():
+        return False
+    np.add.at(followed, owner, 1)
+    return True
+
+
+def _room(
+    owner: Numbers, followed: NDArray[np.int64], scratch: NDArray[np.int64], most: int, most_rays: int, ahead: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """How many branches the sample of each of them (n,) has, and how many it may follow."""
+    number = sum_of_each(owner, np.ones(len(owner), np.int64), scratch)
+    limit = np.full(len(owner), most)
+    if most_rays:
+        np.minimum(limit, -(-(most_rays - followed.take(owner)) // ahead), out=limit)
+        np.maximum(limit, 1, out=limit)  # the last one goes on for all
+    return number, limit

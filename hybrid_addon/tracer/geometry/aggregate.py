@@ -292,7 +292,22 @@ def barycentrics(geometry: Geometry, prim: NDArray[np.integer], point: Float64, 
 
     Of what is no triangle they mean nothing.
     """
-    planes, place = geometry.weights.reshape(-1, 4), prim * 2
+    result = barycentric_weights(geometry.weights.reshape(-1, 4), prim, point)
+    return clamped(result) if clamp else result
+
+
+def clamped(weights: Float64) -> Float64:
+    """Barycentrics (2, n), which it changes, as those of points within their triangles."""
+    u, v = weights
+    np.clip(u, 0, 1, out=u)
+    np.clip(v, 0, 1 - u, out=v)
+    return weights
+
+
+@accelerated
+def barycentric_weights(planes: Float64, prim: NDArray[np.integer], point: Float64) -> Float64:
+    """The same, not clamped. planes: (2 nt, 4), those of the second and third corner of each triangle."""
+    place = prim * 2
     result = np.empty((2, len(prim)))
     for weight in result:
         # Four numbers at a time: turning eight around takes three times as long.
@@ -302,8 +317,4 @@ def barycentrics(geometry: Geometry, prim: NDArray[np.integer], point: Float64, 
         weight += c * point[2]
         weight += d
         place = place + 1
-    if clamp:
-        u, v = result
-        np.clip(u, 0, 1, out=u)
-        np.clip(v, 0, 1 - u, out=v)
     return result

@@ -37,7 +37,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False, "boundscheck": False}
 """Of all kernels. error_model: dividing by 0 gives inf or NaN, as in numpy."""
 
-none = types.none
+none, boolean, int64, float32, float64 = types.none, types.boolean, types.int64, types.float32, types.float64
+"""Types of arguments that are no arrays."""
 
 
 class ArrayTypes:

@@ -9,12 +9,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene import Float32, Float64
+from ...accelerated import accelerated
+from ...scene import Float32, Float64, Int32
 from ..core.constants import FROSTED_ROUGHNESS
 from ..core.rays import Rays, RayState, offset_origin, origin_offset, state_of
 from ..core.sampler import Draws
-from ..core.vectors import ALL, Index, count, dot, most, put, select, signs, take
-from ..geometry.aggregate import Hits, barycentrics
+from ..core.vectors import ALL, Array, Index, count, dot, most, put, select, signs, take
+from ..geometry.aggregate import Hits, barycentric_weights, clamped
 from ..geometry.flatten import Geometry
 from ..materials.columns import HitValues
 from ..materials.surfaces import SurfaceTable
@@ -153,13 +154,9 @@ def interact(
     draws: Draws | None = None,
 ) -> Interaction:
     """Recompute the hits, none of them a miss, of rays. media, draws: see `Interaction`."""
-    prim = hits.prim.astype(np.intp)
-    surface = geometry.surface.take(prim)
-    entering = hits.toward < 0
-    point = rays.direction * hits.t
-    point += rays.origin
-    n_geometric = hits.normal * signs(entering)
-    offset = origin_offset(point.astype(np.float32), geometry.extent.take(prim))
+    prim, surface, entering, point, n_geometric, offset, wo, outer = hit_points(
+        geometry.surface, geometry.extent, hits.prim, hits.t, hits.normal, hits.toward, rays.origin, rays.direction
+    )
     n_shading, weights = _shading_normal(geometry, prim, point, n_geometric, entering)
     return Interaction(
         prim=prim,
@@ -171,13 +168,32 @@ def interact(
         n_geometric=n_geometric,
         n_shading=n_shading,
         weights=weights,
-        wo=-rays.direction.astype(np.float32, copy=False),
+        wo=wo,
         offset=offset,
-        outer=offset_origin(point, n_geometric, offset),
+        outer=outer,
         media=media,
         draws=draws,
         came=state_of(rays),
     )
+
+
+@accelerated
+def hit_points(
+    surfaces: Numbers, extents: Float32, prim: Int32, t: Float64, normal: Float32, toward: Float64, origin: Float32,
+    direction: Array,
+) -> tuple[Array, ...]:  # fmt: skip
+    """Of `Interaction`: prim, surface, entering, point, n_geometric, offset, wo, outer.
+
+    surfaces, extents : (np,) of all primitives.   prim, t, normal, toward : of the hits (n,), see `Hits`.
+    """
+    numbers = prim.astype(np.intp)
+    entering = toward < 0
+    point = direction * t
+    point += origin
+    facing = normal * signs(entering)
+    offset = origin_offset(point.astype(np.float32), extents.take(numbers))
+    wo = -direction.astype(np.float32, copy=False)
+    return numbers, surfaces.take(numbers), entering, point, facing, offset, wo, offset_origin(point, facing, offset)
 
 
 def _shading_normal(
@@ -186,13 +202,29 @@ def _shading_normal(
     """Interpolated normals (3, n) on the side of n_geometric, itself where a triangle is flat; and their weights."""
     if geometry.normals is None:
         return n_geometric, None
-    is_smooth = geometry.smooth.take(prim)
-    smooth = most(is_smooth)
-    if count(smooth, len(prim)) == 0:
-        return n_geometric, None
-    weights = barycentrics(geometry, take(prim, smooth), take(point, smooth))
+    number, normals, weights = smooth_normals(
+        geometry.smooth, geometry.normals, geometry.weights, prim, point, n_geometric, entering
+    )
+    return (normals, weights) if number else (n_geometric, None)
+
+
+@accelerated
+def smooth_normals(
+    is_smooth: NDArray[np.bool_], normals: Float32, planes: Float64, prim: Numbers, point: Float64,
+    n_geometric: Float32, entering: NDArray[np.bool_],
+) -> tuple[int, Float32, Float64]:  # fmt: skip
+    """How many of the hits (n,) are on smooth triangles, the normals and weights of all.
+
+    is_smooth : (np,)   normals, planes : (nt, 9), (nt, 8), see `Geometry`.
+    """
+    here = is_smooth.take(prim)
+    smooth = most(here)
+    number = count(smooth, len(prim))
+    if number == 0:
+        return 0, n_geometric, np.zeros((2, len(prim)))
+    weights = clamped(barycentric_weights(planes.reshape(-1, 4), take(prim, smooth), take(point, smooth)))
     u, v = weights.astype(np.float32)
-    corner = np.ascontiguousarray(geometry.normals.take(take(prim, smooth), axis=0, mode="clip").T)
+    corner = np.ascontiguousarray(normals.take(take(prim, smooth), axis=0, mode="clip").T)
     n = corner[0:3] * (1 - weights[0] - weights[1]).astype(np.float32)
     n += corner[3:6] * u
     n += corner[6:9] * v
@@ -200,8 +232,8 @@ def _shading_normal(
     n *= signs(take(entering, smooth)) / length
     # A normal that vanishes or points into its own surface tells nothing: the geometric one then.
     facing = take(n_geometric, smooth)
-    np.copyto(n, facing, where=~(take(is_smooth, smooth) & (dot(n, facing) > 0)))
-    return put(n_geometric, smooth, n), put(np.zeros((2, len(prim))), smooth, weights)
+    np.copyto(n, facing, where=~(take(here, smooth) & (dot(n, facing) > 0)))
+    return int(np.count_nonzero(here)), put(n_geometric, smooth, n), put(np.zeros((2, len(prim))), smooth, weights)
 
 
 def shadow_origin(geometry: Geometry, hit: Interaction, index: Index) -> Float32:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...accelerated import accelerated
 from ...procedural.fresnel import fresnel_dielectric as fresnel_dielectric
 from ...scene import Float32, Float64
 from ..core.constants import LEAST_COSINE, MIN_OUTER_COSINE, OUTER_COSINE_SHARE, SIMPLE_CAUSTIC_FROM
@@ -40,6 +41,19 @@ def passed(fresnel: Array, reflects: NDArray[np.bool_]) -> Array:
     Cycles, but for total reflection.
     """
     return np.where(reflects | (fresnel >= 1), 1 - fresnel, fresnel.dtype.type(1))
+
+
+@accelerated
+def shares(
+    throughput: Float32, mirror: Float32, interface_tint: Float32, tint: Float32, interface: Float32,
+    fresnel: Float32, reflects: NDArray[np.bool_],
+) -> tuple[Float32, Float32]:  # fmt: skip
+    """What reflected and transmitted rays carry on, (3, n) each, of throughput (3, n).
+
+    mirror, interface_tint, tint : (3, n)   interface : (n,)   fresnel : (n,) or (3, n)   reflects : see `passed`.
+    """
+    reflected = throughput * (mirror + interface_tint * (interface * fresnel))
+    return reflected, throughput * (tint * (interface * passed(fresnel, reflects)))
 
 
 def both_faces(fresnel: Array, tint: Array, thin: NDArray[np.bool_] | None) -> tuple[Array, Array]:
@@ -117,6 +131,22 @@ def reflecting_normal(wo: Float32, n: Float32, n_geometric: Float32) -> Float32:
 def _least_cosine(wo: Float32, n_geometric: Float32) -> Float32:
     """(n,) of directions that leave a surface, with its geometric normal: at least min(0.9 n_g.wo, 0.01)."""
     return np.minimum(OUTER_COSINE_SHARE * np.abs(dot(wo, n_geometric)), np.float32(MIN_OUTER_COSINE))
+
+
+@accelerated
+def mirror_directions(wo: Float32, n_shading: Float32, n_geometric: Float32, curved: bool) -> Float32:
+    """Unit mirror directions (3, n). curved: the normals differ, and `reflecting_normal` is to be asked."""
+    return normalize(reflect(wo, reflecting_normal(wo, n_shading, n_geometric) if curved else n_shading))
+
+
+@accelerated
+def refracted_directions(
+    wo: Float32, n_shading: Float32, n_geometric: Float32, cos_i: Float64, eta: Float64, curved: bool
+) -> Float32:
+    """Unit directions (3, n) float32 of `refract`. curved: the normals differ, and `keep_outside` is to be asked."""
+    bent = refract(wo.astype(np.float64), n_shading.astype(np.float64), cos_i, eta)
+    direction = normalize(bent).astype(np.float32)
+    return keep_outside(direction, -n_geometric, wo) if curved else direction
 
 
 def above(wo: Float32, n: Float32, cos: Float32) -> tuple[Float32, Float32]:

@@ -22,7 +22,7 @@ from ..core.rays import (
     Rays,
 )
 from ..core.stats import Stats
-from ..core.vectors import Index, count, flatnonzero, largest_component, most, normalize, put, select, take
+from ..core.vectors import Index, count, flatnonzero, largest_component, most, put, select, take
 from ..film.ended_rays import count_ended, in_units
 from ..film.path_hash import REFLECTED, TRANSMITTED, child_path
 from ..film.samples import SampleBuffer
@@ -32,12 +32,11 @@ from .microfacets import are_blurred, roughen
 from .scattering import (
     both_faces,
     fresnel_dielectric,
-    keep_outside,
+    mirror_directions,
     mirrored,
-    passed,
-    reflect,
     reflecting_normal,
-    refract,
+    refracted_directions,
+    shares,
     with_film,
 )
 
@@ -142,9 +141,13 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
     if thin is not None:
         fresnel, tint = both_faces(fresnel, tint, thin)
         bends &= ~thin
+    reflects = ~at.table.glossless.take(at.surface)
+    reflected, transmitted = shares(
+        rays.throughput, at.value("mirror"), at.value("interface_tint"), tint, interface, fresnel, reflects
+    )
     return Split(
-        reflected=rays.throughput * (at.value("mirror") + at.value("interface_tint") * (interface * fresnel)),
-        transmitted=rays.throughput * (tint * (interface * passed(fresnel, ~at.table.glossless.take(at.surface)))),
+        reflected=reflected,
+        transmitted=transmitted,
         unlit=at.has_highlight & blurs,
         bends=bends,
         cos_i=cos_i,
@@ -286,9 +289,8 @@ def _child_branch(branch: NDArray[np.uint8], kind: np.uint32) -> NDArray[np.uint
 
 def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, stats: Stats) -> Rays:
     wo, normal = take(at.wo, index), take(at.n_shading, index)
-    if at.n_shading is not at.n_geometric:
-        normal = reflecting_normal(wo, normal, take(at.n_geometric, index))
-    direction = normalize(reflect(wo, normal))
+    curved = at.n_shading is not at.n_geometric
+    direction = mirror_directions(wo, normal, take(at.n_geometric, index) if curved else normal, curved)
     stats.add("reflected", direction.shape[1])
     media, unlit, closure = take(rays.media, index), take(split.unlit, index), take(rays.closure, index)
     if at.sides is not None:
@@ -299,10 +301,9 @@ def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, stats: S
 def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, stats: Stats) -> Rays:
     wo, n_shading = take(at.wo, index), take(at.n_shading, index)
     cos_i, eta = take(split.cos_i, index), take(split.eta, index)
-    bent = refract(wo.astype(np.float64), n_shading.astype(np.float64), cos_i, eta)
-    direction = normalize(bent).astype(np.float32)
-    if at.n_shading is not at.n_geometric:
-        direction = keep_outside(direction, -take(at.n_geometric, index), wo)
+    curved = at.n_shading is not at.n_geometric
+    facing = take(at.n_geometric, index) if curved else n_shading
+    direction = refracted_directions(wo, n_shading, facing, cos_i, eta, curved)
     stats.add("refracted", direction.shape[1])
     unlit = take(rays.unlit, index)
     if scene.plan.rough and scene.plan.specular:

@@ -46,6 +46,10 @@ class Source:
         """(*shape, n) random integers of low .. high - 1."""
         return self.rng.integers(low, high, (*shape, self.n)).astype(dtype)
 
+    def of(self, n: int) -> Source:
+        """The same for another number of columns."""
+        return Source(self.rng, n, self.stiff)
+
     def bools(self, share: float = 0.5) -> np.ndarray:
         """(n,) of which that share is True."""
         return self.rng.random(self.n) < share
@@ -65,19 +69,149 @@ def arguments_of(name: str) -> Callable[[Arguments], Arguments]:
     return note
 
 
-MEANINGLESS: dict[str, Callable[..., np.ndarray]] = {}
-"""Of which functions some columns of the results mean nothing -> which ones, (n,) bool, of the arguments."""
+MEANINGLESS: dict[str, Callable[..., dict[int, np.ndarray]]] = {}
+"""Functions of whose results some columns mean nothing -> of the arguments: number of a result -> which, (n,) bool."""
 
-PRIMITIVES = 40
+PRIMITIVES, SAMPLES = 40, 30
 
 
 @arguments_of("tracer.geometry.aggregate.refine")
 def _(s: Source) -> tuple[Any, ...]:
-    facets = Source(s.rng, 4, s.stiff).numbers(PRIMITIVES, dtype=np.float64)
+    facets = s.of(4).numbers(PRIMITIVES, dtype=np.float64)
     return facets, s.whole(-1, PRIMITIVES, dtype=np.int32), s.numbers(3), s.units()
 
 
-MEANINGLESS["tracer.geometry.aggregate.refine"] = lambda facets, prim, origin, direction: prim < 0
+MEANINGLESS["tracer.geometry.aggregate.refine"] = lambda facets, prim, *_: {1: prim < 0, 2: prim < 0}
+
+
+@arguments_of("tracer.geometry.aggregate.barycentric_weights")
+def _(s: Source) -> tuple[Any, ...]:
+    planes = s.of(4).numbers(2 * PRIMITIVES, dtype=np.float64)
+    kind = np.int32 if s.n % 2 else np.int64
+    return planes, s.whole(-1, PRIMITIVES + 3, dtype=kind), s.numbers(3, dtype=np.float64)
+
+
+def _no_triangle(planes: np.ndarray, prim: np.ndarray, *_: Any) -> dict[int, np.ndarray]:
+    return {0: (prim < 0) | (prim >= PRIMITIVES)}
+
+
+MEANINGLESS["tracer.geometry.aggregate.barycentric_weights"] = _no_triangle
+
+
+@arguments_of("tracer.core.vectors.dot")
+def _(s: Source) -> tuple[Any, ...]:
+    first, second = s.rng.choice([np.float32, np.float64], 2)
+    return s.numbers(3, dtype=first), s.numbers(3, dtype=second)
+
+
+@arguments_of("tracer.core.vectors.largest_component")
+def _(s: Source) -> tuple[Any, ...]:
+    return (s.numbers(3),)
+
+
+@arguments_of("tracer.core.vectors.normalize")
+def _(s: Source) -> tuple[Any, ...]:
+    return (s.numbers(3, dtype=s.rng.choice([np.float32, np.float64])),)
+
+
+@arguments_of("tracer.core.vectors.orthonormal_basis")
+def _(s: Source) -> tuple[Any, ...]:
+    return (s.units(s.rng.choice([np.float32, np.float64])),)
+
+
+@arguments_of("tracer.core.rays.traceable")
+def _(s: Source) -> tuple[Any, ...]:
+    return s.numbers(3), s.numbers(3)
+
+
+@arguments_of("tracer.core.rays.offset_origin")
+def _(s: Source) -> tuple[Any, ...]:
+    return s.numbers(3, dtype=np.float64), s.units(), s.numbers()
+
+
+@arguments_of("tracer.shading.interaction.hit_points")
+def _(s: Source) -> tuple[Any, ...]:
+    tables = s.of(PRIMITIVES).whole(0, 9), s.of(PRIMITIVES).numbers(low=0)
+    hits = s.whole(0, PRIMITIVES, dtype=np.int32), s.numbers(dtype=np.float64, low=0), s.units(), s.numbers(dtype=float)
+    return *tables, *hits, s.numbers(3), s.units()
+
+
+@arguments_of("tracer.shading.interaction.smooth_normals")
+def _(s: Source) -> tuple[Any, ...]:
+    share = s.rng.choice([0.0, 0.3, 0.8, 1.0])
+    tables = s.of(PRIMITIVES).bools(share), s.of(9).numbers(PRIMITIVES), s.of(8).numbers(PRIMITIVES, dtype=float)
+    prim = s.whole(0, PRIMITIVES)
+    return *tables, prim, s.numbers(3, dtype=float), s.units(), s.bools()
+
+
+def _flat(smooth: np.ndarray, normals: np.ndarray, planes: np.ndarray, prim: np.ndarray, *_: Any) -> dict:
+    return {2: ~smooth[prim]}
+
+
+MEANINGLESS["tracer.shading.interaction.smooth_normals"] = _flat
+
+
+@arguments_of("procedural.fresnel.fresnel_dielectric")
+def _(s: Source) -> tuple[Any, ...]:
+    kind = s.rng.choice([np.float32, np.float64])
+    return s.numbers(low=-0.1, high=1.1, dtype=kind), s.numbers(low=0.3, dtype=kind)
+
+
+@arguments_of("tracer.shading.scattering.shares")
+def _(s: Source) -> tuple[Any, ...]:
+    colors = [s.numbers(3, low=0, high=1) for _ in range(4)]
+    return *colors, s.numbers(low=0, high=1), s.numbers(low=0, high=1.1), s.bools()
+
+
+@arguments_of("tracer.shading.scattering.mirror_directions")
+def _(s: Source) -> tuple[Any, ...]:
+    n = s.units()
+    facing = n if s.rng.random() < 0.2 else s.units()
+    return s.units(), n, facing, bool(s.rng.random() < 0.8)
+
+
+@arguments_of("tracer.shading.scattering.refracted_directions")
+def _(s: Source) -> tuple[Any, ...]:
+    cosine, eta = s.numbers(low=0, high=1, dtype=float), s.numbers(low=0.4, dtype=float)
+    return s.units(), s.units(), s.units(), cosine, eta, bool(s.rng.random() < 0.8)
+
+
+@arguments_of("tracer.film.samples.add_at")
+def _(s: Source) -> tuple[Any, ...]:
+    rows = int(s.rng.integers(1, 4))
+    return s.of(SAMPLES).numbers(rows, dtype=float), s.whole(0, SAMPLES), s.numbers(rows)
+
+
+def _budgets(s: Source) -> tuple[np.ndarray, ...]:
+    """Generations, what is released after each, and what is spent, of each sample."""
+    each = s.of(SAMPLES)
+    return (
+        each.whole(0, 6, dtype=np.int16),
+        np.cumsum(s.of(5).whole(0, 1 << 33)),
+        each.whole(0, 1 << 34),
+    )
+
+
+@arguments_of("tracer.film.error_budget.candidates")
+def _(s: Source) -> tuple[Any, ...]:
+    weight = np.abs(s.numbers(low=0, high=0.02))
+    return s.whole(0, SAMPLES), weight, *_budgets(s), np.array([0.01], np.float32)
+
+
+@arguments_of("tracer.film.error_budget.lightest")
+def _(s: Source) -> tuple[Any, ...]:
+    key = s.whole(0, SAMPLES) << 40 | s.whole(1, 1 << s.rng.integers(1, 34))
+    generation, released, spent = _budgets(s)
+    spent = np.minimum(spent, released[0])
+    return key, np.sort(key), generation, released, spent, np.zeros(SAMPLES, np.int64)
+
+
+@arguments_of("tracer.film.samples.follow_all")
+def _(s: Source) -> tuple[Any, ...]:
+    weight = np.where(s.bools(), s.numbers(low=0), np.float32(0))
+    most, most_rays = int(s.rng.choice([2, 1000])), int(s.rng.choice([0, 200, 1 << 16]))
+    followed = s.of(SAMPLES).whole(0, 100)
+    return s.whole(0, SAMPLES), weight, followed, np.zeros(SAMPLES, np.int64), most, most_rays, 8
 
 
 @cache

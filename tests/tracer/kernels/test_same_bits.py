@@ -37,8 +37,9 @@ def differences(name: str, args: tuple[Any, ...]) -> list[str]:
     assert twins.compiled is not None, accelerated.failed()
     with np.errstate(all="ignore"):
         wanted, found = flat(twins.reference(*args)), flat(twins.run(twins.compiled, own))
-    if name in MEANINGLESS:
-        wanted, found = ([_without(a, MEANINGLESS[name](*args)) for a in part] for part in (wanted, found))
+    for i, columns in MEANINGLESS[name](*args).items() if name in MEANINGLESS else ():
+        for results in (wanted, found):
+            results[i] = np.where(columns, results[i].dtype.type(0), results[i])
     wanted, found = [*wanted, *flat(args)], [*found, *flat(own)]
     assert name not in accelerated.failed() and not twins._unmatched
     wrong = []
@@ -54,14 +55,10 @@ def differences(name: str, args: tuple[Any, ...]) -> list[str]:
     return wrong
 
 
-def _without(a: Any, columns: np.ndarray) -> Any:
-    return np.where(columns, a.dtype.type(0), a) if isinstance(a, np.ndarray) else a
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_a_kernel_gives_the_bits_of_numpy(loaded, name: str) -> None:
     rng = np.random.default_rng(7)
-    for n, stiff in product((0, 1, 3, 1000), (0.0, 0.3)):
+    for n, stiff, _ in product((0, 1, 3, 1000), (0.0, 0.3), range(4)):
         assert not differences(name, INPUTS[name](Source(rng, n, stiff))), (n, stiff)
 
 
