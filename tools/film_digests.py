@@ -6,7 +6,7 @@ Run before and after a change that must not change a picture, in the same enviro
     python -m tools.film_digests > before.txt
 
 EEVEE is not needed: the sample scenes are traced whole (mode Full), at three frames, with lights of some size, adaptive
-sampling, rough rays and the data passes. Compiled kernels draw them, all from the first ray on; HYBRID_KERNELS=0: numpy.
+sampling, rough rays and the data passes. Compiled kernels draw them, from the first ray on; HYBRID_KERNELS=0: numpy.
 The two must not differ.
 """
 
