@@ -17,7 +17,7 @@ from .pipeline import eevee_shadows, note, others_handlers, scene_setup, trace_s
 from .pipeline.fingerprint import Fingerprint, fingerprint
 from .pipeline.guard import guard
 from .render import images, retrace
-from .ui import defaults
+from .ui import defaults, messages
 from .view_layers import hand_over_properties
 
 
@@ -211,6 +211,7 @@ def _render_ends(scene: bpy.types.Scene, *_args: Any) -> None:
     others_handlers.frame_ends()
     trace_scenes.detach()
     retrace.finished(scene.name)
+    messages.render_ended(scene.name)
 
 
 _HANDLERS: tuple[tuple[str, Callable[..., None]], ...] = (

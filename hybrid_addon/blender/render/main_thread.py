@@ -56,6 +56,12 @@ def call(work: Callable[[], T], check: Callable[[], None] | None = None) -> T:
     return future.result()
 
 
+def post(work: Callable[[], Any]) -> None:
+    """Have the main thread do this soon, and do not wait for it; in the background nobody would see it."""
+    if not bpy.app.background:
+        _asked.put((Future(), work))
+
+
 def _serve() -> float:
     """A timer, which Blender runs on the main thread between events and drawing."""
     with contextlib.suppress(Empty):

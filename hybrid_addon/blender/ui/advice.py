@@ -11,6 +11,7 @@ from bpy.types import PropertyGroup, WindowManager
 from ...report.advice import cost
 from .. import api
 from ..errors import HybridError
+from . import messages
 from .layout import paragraph
 from .translations import iface, sentence
 
@@ -82,9 +83,12 @@ class HYBRID_OT_flag_advised(bpy.types.Operator):
         chosen = [
             context.scene.objects.get(row.name) for row in context.window_manager.hybrid_advice.rows if row.suggested
         ]
+        first = messages.is_first(context.scene)
         for b_object in chosen:
             if b_object is not None and b_object.library is None:
                 b_object.hybrid.ray_traced = True
+        if first:
+            messages.switch_on(context.scene)
         return {"FINISHED"}
 
 

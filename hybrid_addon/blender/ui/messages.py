@@ -1,14 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the artist is told in the window: why a render failed, what a picture lacks, and what to do about it."""
+"""What the artist is told in the window: why a render failed, what a picture lacks, and what to do about it.
 
-from __future__ import annotations
+Panels say it as long as it holds. What a render came to is said once, too: a popup for a failure, else the status bar.
+"""
+
+# No `from __future__ import annotations` here: Blender reads operator properties from the annotations themselves.
+
+import ast
+import re
+from functools import partial
+from typing import Any
 
 import bpy
 from bpy.app.translations import pgettext_n as n_
 
-from ...report.frame import summary
 from .. import session
+from ..flags import flagged_collections
 from ..pipeline import scene_setup
+from ..render import main_thread
+from . import picker
 from .layout import paragraph
 from .translations import iface, sentence
 
@@ -26,7 +36,10 @@ def draw_state(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         paragraph(layout, context, sentence(str(own.error)), icon="ERROR")
     if not scene.hybrid.enabled:
         return
-    hint = _nothing_to_trace(scene)
+    refused = "" if own.error else picker.refusal(scene)
+    if refused:
+        paragraph(layout, context, sentence(refused), icon="ERROR")
+    hint = nothing_to_trace(scene)
     if hint:
         paragraph(layout, context, iface(hint), icon="INFO")
     elif own.report and own.report["warnings"] and not own.error:
@@ -40,7 +53,7 @@ def counted(warnings: int) -> str:
     return iface("{} warnings: see Report").format(warnings)
 
 
-def _nothing_to_trace(scene: bpy.types.Scene) -> str:
+def nothing_to_trace(scene: bpy.types.Scene) -> str:
     """Why the ray tracer has nothing to draw, and the ways out; "" if it has."""
     if scene.hybrid.mode != "HYBRID":
         return ""
@@ -74,12 +87,82 @@ def draw_report(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     if not report:
         paragraph(layout, context, iface("Nothing rendered yet"), icon="INFO")
         return
-    first, second = summary(report)
-    paragraph(layout, context, first)
+    time = {name: clock["wall"] for name, clock in report["time"].items()}
+    facts = (
+        iface("{:.1f} s, of which EEVEE {:.1f} s").format(time.get("total", 0.0), time.get("raster", 0.0)),
+        iface("{:.2f} million rays").format(sum(report["rays"].values()) / 1e6),
+        iface("{:.1f} % of the picture ray traced").format(report["mask_coverage"] * 100),
+    )
+    for fact in facts:
+        paragraph(layout, context, fact)
+    broken = sum(report["invariants"].values())
+    if broken:
+        text = iface("{} rays went astray: please report it, with the file").format(broken)
+        paragraph(layout, context, text, icon="ERROR")
     if not report["warnings"]:
-        paragraph(layout, context, second)
+        paragraph(layout, context, iface("No warnings"), icon="CHECKMARK")
     for warning in report["warnings"]:
+        _draw_warning(layout, context, warning)
+
+
+def _draw_warning(layout: bpy.types.UILayout, context: bpy.types.Context, warning: str) -> None:
+    """One of them; with a button that selects what it names, if it names something of this file."""
+    named = subject(warning)
+    if named is None:
         paragraph(layout, context, sentence(warning), icon="ERROR")
+        return
+    row = layout.row()
+    paragraph(row, context, sentence(warning), icon="ERROR", taken=BUTTON)
+    button = row.operator("hybrid.select_subject", text="", icon="RESTRICT_SELECT_OFF", emboss=False)
+    button.kind, button.name = named
+
+
+BUTTON = 1.3
+"""Widget units of the button beside a warning."""
+
+NAMED = re.compile(r"""\b(object|material|light|world|image|camera) ('(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")""")
+"""How a warning names a datablock: its kind, and its name as repr() writes it."""
+
+KINDS = {"object": "objects", "light": "objects", "camera": "objects", "material": "materials"}
+
+
+def subject(warning: str) -> tuple[str, str] | None:
+    """Kind and name of the object or material that a warning speaks of first; None if there is none in this file."""
+    for kind, quoted in NAMED.findall(warning):
+        name = ast.literal_eval(quoted)
+        if kind in KINDS and name in getattr(bpy.data, KINDS[kind]):
+            return kind, name
+    return None
+
+
+class HYBRID_OT_select_subject(bpy.types.Operator):
+    bl_idname = "hybrid.select_subject"
+    bl_label = "Select"
+    bl_description = "Select the object that the warning names, or all that wear the material"
+    bl_options = {"REGISTER", "UNDO", "INTERNAL"}
+
+    kind: bpy.props.StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]
+    name: bpy.props.StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        found = [b_object for b_object in context.view_layer.objects if self._is_meant(b_object)]
+        if not found:
+            self.report({"WARNING"}, iface("{} is not in this view layer").format(self.name))
+            return {"CANCELLED"}
+        for b_object in context.view_layer.objects:
+            b_object.select_set(b_object in found)
+        context.view_layer.objects.active = found[0]
+        if self.kind == "material":
+            names = [b_slot.material.name if b_slot.material else "" for b_slot in found[0].material_slots]
+            found[0].active_material_index = names.index(self.name)
+        return {"FINISHED"}
+
+    def _is_meant(self, b_object: bpy.types.Object) -> bool:
+        if self.kind == "material":
+            return any(
+                b_slot.material is not None and b_slot.material.name == self.name for b_slot in b_object.material_slots
+            )
+        return bool(b_object.name == self.name)
 
 
 class HYBRID_OT_use_eevee(bpy.types.Operator):
@@ -93,4 +176,88 @@ class HYBRID_OT_use_eevee(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (HYBRID_OT_use_eevee,)
+# ------------------------------------------------------------------------------------------------ said once
+
+EDITORS = {"PROPERTIES", "IMAGE_EDITOR"}
+"""Editors with panels that tell of the last render."""
+
+
+class HYBRID_OT_notice(bpy.types.Operator):
+    bl_idname = "hybrid.notice"
+    bl_label = "Hybrid"
+    bl_description = "Say in the status bar, or in a popup if it is an error, what a render came to"
+    bl_options = {"INTERNAL"}
+
+    level: bpy.props.StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]
+    text: bpy.props.StringProperty(options={"HIDDEN"})  # type: ignore[valid-type]
+    _timer: Any = None
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Blender shows reports of operators that handle events, not of those that Python calls: wait for a timer's."""
+        self._timer = context.window_manager.event_timer_add(0.01, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        context.window_manager.event_timer_remove(self._timer)
+        self.report({self.level}, self.text)
+        return {"FINISHED"}
+
+
+def say(level: str, text: str) -> None:
+    """A line of level INFO, WARNING or ERROR in the newest window. From the main thread, from a timer or a callback."""
+    windows = [] if bpy.app.background else list(bpy.context.window_manager.windows)
+    if not windows:
+        return
+    for window in windows:
+        for area in window.screen.areas:
+            if area.type in EDITORS:
+                area.tag_redraw()
+    with bpy.context.temp_override(window=windows[-1]):
+        bpy.ops.hybrid.notice("INVOKE_DEFAULT", level=level, text=text)
+
+
+def render_ended(name: str) -> None:
+    """The render of the scene of this name is over, on whichever thread: what it came to is said soon."""
+    main_thread.post(partial(_tell, name))
+
+
+def _tell(name: str) -> None:
+    scene = bpy.data.scenes.get(name)
+    if scene is None or not scene.hybrid.enabled:
+        return
+    level, text = outcome(scene)
+    if text:
+        say(level, f"Hybrid: {text}")
+
+
+def outcome(scene: bpy.types.Scene) -> tuple[str, str]:
+    """Level and text of what is to be said of the scene's last render; no text if all is well."""
+    own = session.of(scene.name)
+    if own.error:
+        return "ERROR", sentence(str(own.error))
+    hint = nothing_to_trace(scene)
+    if hint:
+        return "WARNING", iface(hint)
+    if own.frame is not None and own.frame.report["warnings"]:
+        return "WARNING", counted(len(own.frame.report["warnings"]))
+    return "INFO", ""
+
+
+def is_first(scene: bpy.types.Scene, ticked: bpy.types.ID | None = None) -> bool:
+    """Whether Hybrid, which could work in this scene, is off, and nothing but `ticked` is ticked."""
+    if scene.hybrid.enabled or scene_setup.why_inactive(scene):
+        return False
+    there = [b_object for b_object in scene.objects if b_object.hybrid.ray_traced] + flagged_collections(scene)
+    return all(b_id == ticked for b_id in there)
+
+
+def switch_on(scene: bpy.types.Scene) -> None:
+    """The first tick of a scene means that it is to be rendered so: Hybrid is on, in the same undo step."""
+    scene.hybrid.enabled = True
+    main_thread.post(partial(say, "INFO", iface("Hybrid is on: ticked objects are ray traced in renders")))
+
+
+CLASSES = (HYBRID_OT_use_eevee, HYBRID_OT_select_subject, HYBRID_OT_notice)

@@ -12,6 +12,7 @@ from .. import flags
 from ..api import GEOMETRY
 from ..errors import HybridError
 from ..render import retrace
+from . import messages
 
 
 def _surfaces(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Object]:
@@ -36,8 +37,11 @@ class HYBRID_OT_ray_traced_set(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         chosen = _surfaces(context.selected_objects)
+        first = self.ray_traced and messages.is_first(context.scene)
         for b_object in chosen:
             b_object.hybrid.ray_traced = self.ray_traced
+        if first:
+            messages.switch_on(context.scene)
         left_out = len(context.selected_objects) - len(chosen)
         if left_out:
             text = rpt_("{} of the selected have no surface or are linked: left as they are")
@@ -117,7 +121,10 @@ class HYBRID_OT_collection_toggle(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         settings = context.collection.hybrid
+        first = not settings.ray_traced and messages.is_first(context.scene)
         settings.ray_traced = not settings.ray_traced
+        if first:
+            messages.switch_on(context.scene)
         on, off = rpt_("{}: all its objects are ray traced"), rpt_("{}: its objects follow their own ticks")
         self.report({"INFO"}, (on if settings.ray_traced else off).format(context.collection.name))
         return {"FINISHED"}

@@ -9,6 +9,7 @@ from bl_ui.utils import PresetPanel
 
 from ...presets import QUALITY
 from ..api import GEOMETRY, mark
+from . import messages
 
 # name: (reflectivity, opacity, ior, dispersion, tooltip). IOR of glass and water at 589 nm, 20 C; of diamond 2.417,
 # Abbe number 55.
@@ -45,9 +46,12 @@ class HYBRID_OT_surface_preset(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         _, reflectivity, opacity, ior, dispersion, _ = SURFACES[self.preset]
         chosen = {context.object, *context.selected_objects}
+        first = messages.is_first(context.scene)
         for b_object in chosen:
             if b_object.type in GEOMETRY and b_object.library is None:
                 mark(b_object, reflectivity=reflectivity, opacity=opacity, ior=ior, dispersion=dispersion)
+        if first:
+            messages.switch_on(context.scene)
         return {"FINISHED"}
 
 

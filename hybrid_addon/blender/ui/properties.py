@@ -13,15 +13,24 @@ from bpy.types import Collection, Context, Material, Object, PropertyGroup, Scen
 from ...settings_table import SCENE, SURFACE, Setting
 from .. import preview, session
 from ..pipeline import scene_setup
-from . import defaults, insets
+from . import defaults, insets, messages
 
 
-def _flag_changed(settings: "HybridObjectSettings", _context: Context) -> None:
+def _is_click(context: Context) -> bool:
+    """Whether a property is changed in our panels: a script says itself what else it wants."""
+    return context.area is not None and context.area.type == "PROPERTIES"
+
+
+def _flag_changed(settings: "HybridObjectSettings", context: Context) -> None:
     scene_setup.object_changed(settings.id_data)
+    if _is_click(context) and settings.ray_traced and messages.is_first(context.scene, settings.id_data):
+        messages.switch_on(context.scene)
 
 
-def _collection_changed(_settings: "HybridCollectionSettings", _context: Context) -> None:
+def _collection_changed(settings: "HybridCollectionSettings", context: Context) -> None:
     scene_setup.collection_changed()
+    if _is_click(context) and settings.ray_traced and messages.is_first(context.scene, settings.id_data):
+        messages.switch_on(context.scene)
 
 
 def _value_changed(settings: "HybridObjectSettings | HybridMaterialSettings", _context: Context) -> None:

@@ -44,6 +44,7 @@ WITHOUT_NODES = {  # what counts where there are no nodes, which from Blender 5 
     *(("Material", name) for name in ("diffuse_color", "roughness", "metallic", "specular_intensity")),
 }
 BESIDE = {  # what counts only beside other values: (whose, name) -> these values
+    ("SceneEEVEE", "use_raytracing"): {"ray_tracing_options.trace_max_roughness": 1.0},
     ("SceneEEVEE", "bokeh_max_size"): {"scene.camera.data.dof.use_dof": True},
     ("RenderSettings", "motion_blur_shutter"): {"use_motion_blur": True},
     ("RenderSettings", "motion_blur_position"): {"use_motion_blur": True},

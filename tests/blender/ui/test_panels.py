@@ -12,6 +12,7 @@ import pytest
 
 from hybrid_addon.blender import flags, session
 from hybrid_addon.blender.errors import HybridError
+from hybrid_addon.blender.sync.coverage import scene_tables
 from hybrid_addon.blender.ui import advice, layout, messages, panels, render_panels, translations
 from hybrid_addon.blender.ui.translations.german import GERMAN
 
@@ -119,3 +120,55 @@ def test_a_picture_without_rays_says_why(cube):
     assert told(cube).startswith("Hybrid needs EEVEE")
     assert bpy.ops.hybrid.use_eevee() == {"FINISHED"}
     assert told(cube).startswith("No object")
+
+
+def test_the_first_tick_switches_hybrid_on_and_no_other_does(cube):
+    flags.clear(cube)
+    cube.hybrid.enabled = False
+    b_object = cube.objects["Cube"]
+    b_object.select_set(True)
+    b_object.hybrid.ray_traced = True  # by a script: it says itself what it wants
+    assert not cube.hybrid.enabled
+    assert bpy.ops.hybrid.ray_traced_set() == {"FINISHED"}
+    assert not cube.hybrid.enabled  # not the first
+    b_object.hybrid.ray_traced = False
+    assert bpy.ops.hybrid.ray_traced_set() == {"FINISHED"}
+    assert cube.hybrid.enabled and b_object.hybrid.ray_traced
+    flags.clear(cube)
+    cube.hybrid.enabled, cube.render.engine = False, "CYCLES"
+    assert bpy.ops.hybrid.surface_preset(preset="GLASS") == {"FINISHED"}
+    assert not cube.hybrid.enabled
+
+
+def test_a_warning_leads_to_what_it_names(cube):
+    light, wearer = cube.objects["Light"], cube.objects["Cube"]
+    light.name = "it's"
+    assert messages.subject("""object "it's" shares a face with object 'Cube'""") == ("object", "it's")
+    assert messages.subject("image 'wood.png' is missing: material 'Material' is pink") == ("material", "Material")
+    assert messages.subject("EEVEE's Raytracing leaves object 'Nobody' out") is None
+    assert bpy.ops.hybrid.select_subject(kind="object", name="it's") == {"FINISHED"}
+    assert bpy.context.view_layer.objects.active == light and not wearer.select_get()
+    assert bpy.ops.hybrid.select_subject(kind="material", name="Material") == {"FINISHED"}
+    assert bpy.context.view_layer.objects.active == wearer and wearer.select_get() and not light.select_get()
+
+
+def test_a_render_says_once_what_it_came_to(cube):
+    own = session.of(cube.name)
+    assert messages.outcome(cube) == ("INFO", "")
+    own.error = HybridError("the scene has no camera")
+    assert messages.outcome(cube) == ("ERROR", "The scene has no camera")
+    own.error, cube.objects["Cube"].hide_render = None, True
+    level, text = messages.outcome(cube)
+    assert level == "WARNING" and "hidden in renders" in text
+
+
+def test_eevees_raytracing_is_named_where_it_draws_a_mirror(cube):
+    cube.eevee.use_raytracing = True
+    bpy.ops.mesh.primitive_plane_add()
+    bpy.context.object.data.materials.append(bpy.data.materials["Material"].copy())
+    roughness = bpy.context.object.active_material.node_tree.nodes["Principled BSDF"].inputs["Roughness"]
+    for value, named in ((0.9, False), (0.1, True)):
+        roughness.default_value = value
+        assert scene_tables._leaves_mirrors(cube.eevee) == named
+    bpy.context.object.hide_render = True
+    assert not scene_tables._leaves_mirrors(cube.eevee)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ...flags import Flags
 from .status import FIRST, FOLLOWED, LAST, Named, Table, followed, irrelevant, within
 
 NOISE = "how well EEVEE samples its own half"
@@ -28,6 +29,35 @@ SIMPLIFY = "the trace scene takes it over before Blender evaluates the objects"
 def _is_hybrid(b_eevee: Any) -> bool:
     """Whether EEVEE draws a half of the picture."""
     return getattr(getattr(b_eevee.id_data, "hybrid", None), "mode", "") == "HYBRID"
+
+
+def _leaves_mirrors(b_eevee: Any) -> bool:
+    """Whether EEVEE draws a surface in which its Raytracing, which knows EEVEE's half alone, shows reflections."""
+    if not _is_hybrid(b_eevee):
+        return False
+    b_scene, flags = b_eevee.id_data.original, Flags(b_eevee.id_data)
+    drawn = (b_object for b_object in b_scene.objects if not (b_object.hide_render or flags.is_ray_traced(b_object)))
+    materials = {b_slot.material for b_object in drawn for b_slot in b_object.material_slots if b_slot.material}
+    limit = b_eevee.ray_tracing_options.trace_max_roughness
+    return any(_is_glossy(b_material.node_tree, limit) for b_material in materials)
+
+
+def _is_glossy(b_tree: Any, limit: float, depth: int = 0) -> bool:
+    """Whether a shader of these nodes, or of groups among them, may be smoother than this."""
+    for b_node in b_tree.nodes if b_tree is not None and depth < DEEPEST else ():
+        if b_node.type == "GROUP" and _is_glossy(b_node.node_tree, limit, depth + 1):
+            return True
+        b_roughness = b_node.inputs.get("Roughness") if b_node.type in GLOSSY else None
+        if b_roughness is not None and (b_roughness.is_linked or b_roughness.default_value < limit):
+            return True
+    return False
+
+
+GLOSSY = {"BSDF_PRINCIPLED", "BSDF_GLOSSY", "BSDF_GLASS", "BSDF_REFRACTION", "BSDF_ANISOTROPIC"}
+"""Shaders that EEVEE's Raytracing reflects or refracts in."""
+
+DEEPEST = 16
+"""Groups in groups; Blender allows no circles, a broken file may have them."""
 
 
 def _is_blurred(b_eevee: Any) -> bool:
@@ -55,7 +85,7 @@ EEVEE: Table = {
     ),
     "use_raytracing": Named(
         "leaves ray traced objects out: flag what should mirror or refract them, too",
-        False, _is_hybrid, FIRST, "EEVEE's Raytracing",
+        False, _leaves_mirrors, FIRST, "EEVEE's Raytracing",
     ),
     "bokeh_max_size": Named(
         "limits the blur of EEVEE's half alone, not that of ray traced objects: set it to 100 px",

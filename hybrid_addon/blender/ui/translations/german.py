@@ -305,6 +305,24 @@ GERMAN = {
     "1 warning: see Report": "1 Warnung: siehe Bericht",
     "{} warnings: see Report": "{} Warnungen: siehe Bericht",
     "Report": "Bericht",
+    "{:.1f} s, of which EEVEE {:.1f} s": "{:.1f} s, davon EEVEE {:.1f} s",
+    "{:.2f} million rays": "{:.2f} Millionen Strahlen",
+    "{:.1f} % of the picture ray traced": "{:.1f} % des Bildes mit Raytracing",
+    "{} rays went astray: please report it, with the file": (
+        "{} Strahlen sind fehlgegangen: bitte melden, mit der Datei"
+    ),
+    "No warnings": "Keine Warnungen",
+    "Select": "Auswählen",
+    "Select the object that the warning names, or all that wear the material": (
+        "Das Objekt auswählen, das die Warnung nennt, oder alle mit dem Material"
+    ),
+    "{} is not in this view layer": "{} ist nicht in dieser Ansichtsebene",
+    "Say in the status bar, or in a popup if it is an error, what a render came to": (
+        "In der Statusleiste, oder als Popup bei einem Fehler, sagen, was beim Rendern herauskam"
+    ),
+    "Hybrid is on: ticked objects are ray traced in renders": (
+        "Hybrid ist an: Objekte mit Häkchen werden beim Rendern vom Raytracer gezeichnet"
+    ),
     "Nothing rendered yet": "Noch nichts gerendert",
     "No object is ray traced: tick Hybrid in an object's properties, or press Analyse": (
         "Kein Objekt mit Raytracing: Hybrid in den Eigenschaften eines Objekts ankreuzen oder Analysieren drücken"
