@@ -235,6 +235,7 @@ def quiet(line):
     """Say nothing."""
 
 
+@pytest.mark.once
 def test_what_is_cut_never_exceeds_its_bound(swept):
     """Nor where less is cut than in the picture that it is compared with: that is within its own residual."""
     _, deep, single, points, _ = swept
@@ -246,6 +247,7 @@ def test_what_is_cut_never_exceeds_its_bound(swept):
     assert not [text for text in findings.reservations(points, deep, single) if "bound did not hold" in text]
 
 
+@pytest.mark.once
 def test_a_bound_that_does_not_hold_is_said(swept):
     _, deep, single, points, _ = swept
     broken = {**single, "entries": [{**single["entries"][0], "beyond": 7}, *single["entries"][1:]]}
@@ -253,6 +255,7 @@ def test_a_bound_that_does_not_hold_is_said(swept):
     assert "in 7 pixels" in text
 
 
+@pytest.mark.once
 def test_a_counter_that_must_be_0_and_is_not_is_said(swept):
     _, deep, single, points, _ = swept
     assert not any("must be 0" in text for text in findings.reservations(points, deep, single))
@@ -261,6 +264,7 @@ def test_a_counter_that_must_be_0_and_is_not_is_said(swept):
     assert "counters that must be 0 are not: lost media 2" in findings.reservations(lossy, deep, single)
 
 
+@pytest.mark.once
 def test_the_brightest_radiance_is_looked_for_in_the_reference_too(swept):
     axes, deep, single, _, renders = swept
     dazzling = replace(deep.films[1], radiance=deep.films[1].radiance + single["Lmax"])
@@ -268,6 +272,7 @@ def test_the_brightest_radiance_is_looked_for_in_the_reference_too(swept):
     assert found["Lmax"] == pytest.approx(2 * float(dazzling.radiance.max()))
 
 
+@pytest.mark.once
 def test_error_falls_with_samples_bounces_and_cutoff(swept):
     axes, deep, single, points, _ = swept
     found = findings.slopes(points, deep, single, axes)
@@ -276,6 +281,7 @@ def test_error_falls_with_samples_bounces_and_cutoff(swept):
     assert found["cutoff"].fit > 0.5
 
 
+@pytest.mark.once
 def test_points_within_the_noise_make_no_slope_and_no_front_and_the_reason_is_told(swept):
     axes, deep, single, points, _ = swept
     clear = [p.clear for p in points]
@@ -293,6 +299,7 @@ def test_points_within_the_noise_make_no_slope_and_no_front_and_the_reason_is_to
     assert f"too noisy for {len(points)} of {len(points)}" in findings.reservations(hidden, deep, single)[0]
 
 
+@pytest.mark.once
 def test_what_there_is_no_time_for_is_left_out(swept):
     axes, deep, single, points, renders = swept
     fresh = [Point(p.quality, p.preset) for p in points]
@@ -311,6 +318,7 @@ def test_what_there_is_no_time_for_is_left_out(swept):
     assert promising(none["entries"]) == []
 
 
+@pytest.mark.once
 def test_the_reference_takes_the_samples_that_there_is_time_for(swept, monkeypatch):
     axes, _, _, _, renders = swept
     hurried = replace(axes, patient=False)
@@ -331,6 +339,7 @@ def test_settings_more_exact_than_the_noise_are_not_worth_more_time():
     assert promising(entries, noise=2e-2, at_most=9) == [(1, 0.0), (2, 0.0), (3, 0.0)]
 
 
+@pytest.mark.once
 def test_each_setting_is_measured_once_and_timed_as_often_as_asked(swept):
     axes, _, _, points, _ = swept
     assert len({p.quality for p in points}) == len(points)
@@ -338,11 +347,13 @@ def test_each_setting_is_measured_once_and_timed_as_often_as_asked(swept):
     assert {label for label, _, _ in QUALITY.values()} - {p.preset for p in points} == {"Reference"}
 
 
+@pytest.mark.once
 def test_presets_are_measured_before_the_time_is_gone(swept):
     _, _, _, points, _ = swept
     assert [bool(p.preset) for p in points] == sorted((bool(p.preset) for p in points), reverse=True)
 
 
+@pytest.mark.once
 def test_a_picture_is_not_compared_with_itself(swept):
     """The reference has samples of its own: its seeds are not the render's."""
     _, deep, _, points, _ = swept

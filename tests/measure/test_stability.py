@@ -32,6 +32,7 @@ BLENDER_CASES = (
 )
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_case(case: Case) -> None:
     result = case.run()
@@ -67,6 +68,7 @@ def without_the_case_of_ior_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(nested.Media, "eta", lambda *arguments: np.nextafter(eta(*arguments), 2))
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(
     ("mutation", "caught_by"),
     [

@@ -240,12 +240,14 @@ def random_scene(build, seed):
     return replace(s, spheres=spheres, surfaces=(*s.surfaces, *(surface for _, surface in balls)))
 
 
+@pytest.mark.once
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture], derandomize=True)
 @given(st.integers(0, 2**32 - 1))
 def test_random_scenes(build, seed):
     compare(build, seed)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_known_scenes(build, seed):
     compare(build, seed)

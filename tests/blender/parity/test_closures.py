@@ -16,6 +16,7 @@ import pytest
 
 import hybrid_addon
 from hybrid_addon.blender.render import images
+from tests.blender.kit import empty_scene, new_world
 
 pytestmark = [
     pytest.mark.blender,
@@ -182,9 +183,7 @@ def _input(name):
 
 def sky(b_scene):
     """A world that changes slowly with the height, and a soft sun without shadows."""
-    b_world = bpy.data.worlds.new("World")
-    if bpy.app.version < (5, 0, 0):
-        b_world.use_nodes = True
+    b_world = new_world()
     tree = b_world.node_tree
     b_background = next(n for n in tree.nodes if n.type == "BACKGROUND")
     b_place, b_parts, b_range, b_mix = (
@@ -207,10 +206,7 @@ def sky(b_scene):
 
 def build():
     """(scene, [(label, value)], balls in a row)."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    b_scene = bpy.context.scene
-    kinds = {item.identifier for item in b_scene.render.bl_rna.properties["engine"].enum_items}
-    b_scene.render.engine = "BLENDER_EEVEE" if "BLENDER_EEVEE" in kinds else "BLENDER_EEVEE_NEXT"
+    b_scene = empty_scene(SIZE, SIZE, 4)
     sky(b_scene)
     bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=0.48)
     b_first = bpy.context.object
@@ -234,7 +230,6 @@ def build():
     b_scene.collection.objects.link(b_camera)
     b_scene.camera = b_camera
     b_scene.render.resolution_x, b_scene.render.resolution_y = across * SIZE, down * SIZE
-    b_scene.eevee.taa_render_samples, b_scene.eevee.use_shadows = 4, False
     return b_scene, [(label, value) for label, value, _ in found], across
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import hybrid_addon
+from tests.blender.kit import new_world
 from tests.blender.parity.test_materials import empty, material
 
 pytestmark = pytest.mark.blender
@@ -94,7 +95,7 @@ def test_a_card_is_told_of_rays_as_cycles_tells_it(addon, output):
     for y in (0, -0.7):
         plane(clear, (0.6, y, 0), (0.9, 3))
     plane(shader("Mirror", "BsdfAnisotropic", Roughness=0.0), (1.8, 0, 0), (0.9, 3), (np.pi / 2, 0, 1.0))
-    b_scene.world = bpy.data.worlds.new("World")
+    b_scene.world = new_world()
     ours, theirs = pictures(b_scene, 16)
     wrong = {}
     for name, (x, y) in PLACES.items():

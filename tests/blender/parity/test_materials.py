@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import hybrid_addon
+from tests.blender.kit import empty_scene, new_world
 
 pytestmark = pytest.mark.blender
 TILES = 5  # on each side of the board
@@ -17,13 +18,7 @@ TILES = 5  # on each side of the board
 
 def empty(size, samples):
     """A scene without objects, square, seen by an orthographic camera from -y."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    b_scene = bpy.context.scene
-    kinds = {item.identifier for item in b_scene.render.bl_rna.properties["engine"].enum_items}
-    b_scene.render.engine = "BLENDER_EEVEE" if "BLENDER_EEVEE" in kinds else "BLENDER_EEVEE_NEXT"
-    b_scene.render.resolution_x = b_scene.render.resolution_y = size
-    b_scene.eevee.taa_render_samples = samples
-    b_scene.eevee.use_shadows = False  # most of the time of software OpenGL
+    b_scene = empty_scene(size, size, samples)
     b_camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     b_camera.data.type, b_camera.data.ortho_scale = "ORTHO", float(TILES)
     b_camera.location, b_camera.rotation_euler = (0, -10, 0), (math.pi / 2, 0, 0)
@@ -211,9 +206,7 @@ def environment(b_scene):
         pixels[..., :3] += np.exp(sharp * (d @ toward - 1))[..., None] * np.array(color)
     b_image = bpy.data.images.new("Sky", width, height, float_buffer=True)
     b_image.pixels.foreach_set(pixels.ravel())
-    b_world = bpy.data.worlds.new("World")
-    if bpy.app.version < (5, 0, 0):
-        b_world.use_nodes = True
+    b_world = new_world()
     tree = b_world.node_tree
     tree.nodes.clear()
     b_output, b_background, b_picture = (

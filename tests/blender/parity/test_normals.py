@@ -10,6 +10,7 @@ import pytest
 from mathutils import Euler, Matrix
 
 import hybrid_addon as hybrid
+from tests.blender.kit import empty_scene
 
 pytestmark = [pytest.mark.blender, pytest.mark.render]
 CELL = 32  # pixels of an object
@@ -24,13 +25,8 @@ def scaled(x, y, z):
 
 def empty(columns, rows):
     """A black scene seen from above in cells of 2 x 2 metres."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    b_scene = bpy.context.scene
-    kinds = {item.identifier for item in b_scene.render.bl_rna.properties["engine"].enum_items}
-    b_scene.render.engine = "BLENDER_EEVEE" if "BLENDER_EEVEE" in kinds else "BLENDER_EEVEE_NEXT"
-    b_scene.render.resolution_x, b_scene.render.resolution_y = CELL * columns, CELL * rows
-    b_scene.eevee.taa_render_samples = b_scene.hybrid.samples = 2
-    b_scene.eevee.use_shadows = False  # most of the time of software OpenGL
+    b_scene = empty_scene(CELL * columns, CELL * rows, 2)
+    b_scene.hybrid.samples = 2
     b_camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     b_camera.data.type, b_camera.data.ortho_scale, b_camera.location = "ORTHO", 2 * max(columns, rows), (0, 0, 10)
     b_scene.collection.objects.link(b_camera)

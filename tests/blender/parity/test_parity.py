@@ -17,6 +17,7 @@ import pytest
 from mathutils import Vector
 
 import hybrid_addon as hybrid
+from tests.blender.kit import empty_scene
 
 pytestmark = [pytest.mark.blender, pytest.mark.render]
 CELL, BOXES, SAMPLES = 48, 4, 8  # pixels of a box, boxes across and up
@@ -49,20 +50,12 @@ ROUNDED = {"mean": 0.014, "p99": 0.03, "light": 0.014}  # it rounds the world's 
 
 def empty(size, width):
     """A black scene, `width` metres of it seen from above in size x size pixels."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    scene = bpy.context.scene
-    kinds = {item.identifier for item in scene.render.bl_rna.properties["engine"].enum_items}
-    scene.render.engine = "BLENDER_EEVEE" if "BLENDER_EEVEE" in kinds else "BLENDER_EEVEE_NEXT"
-    scene.render.resolution_x = scene.render.resolution_y = size
-    scene.eevee.taa_render_samples = SAMPLES
+    scene = empty_scene(size, size, SAMPLES)
+    scene.eevee.use_shadows = True
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.data.type, camera.data.ortho_scale, camera.location = "ORTHO", width, (0, 0, 10)
     scene.collection.objects.link(camera)
     scene.camera = camera
-    scene.world = bpy.data.worlds.new("World")
-    if bpy.app.version < (5, 0, 0):
-        scene.world.use_nodes = True
-    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.0
     return scene
 
 
@@ -261,7 +254,6 @@ def test_suns_and_worlds(addon):
     """One after the other in one scene; the first in hybrid mode, with a mask and an empty raster."""
     scene = empty(CELL, 2.0)
     ball_and_floor(0, 0, 6, surface("grey", 0.8))
-    scene.world.probe_resolution = "512"
     background = scene.world.node_tree.nodes["Background"].inputs
     lamp("SUN", 0, 0, energy=2.0, angle=0.0)
     lamp("SUN", 0, 0, energy=1.0, angle=0.2)
@@ -269,6 +261,7 @@ def test_suns_and_worlds(addon):
     wrong = compare("sun, sharp and soft", *pictures(scene, "hybrid"))
     for light in list(bpy.data.lights):
         bpy.data.lights.remove(light)
+    scene.eevee.use_shadows = False  # a world casts none
     background["Color"].default_value, background["Strength"].default_value = (0.4, 0.6, 0.9, 1), 0.7
     wrong |= compare("world, a colour", *pictures(scene, "full"), ROUNDED)
     environment(scene)

@@ -9,6 +9,7 @@ import pytest
 from mathutils import Euler, Matrix
 
 import hybrid_addon as hybrid
+from tests.blender.kit import empty_scene
 
 pytestmark = [pytest.mark.blender, pytest.mark.render]
 SIZE, WIDTH = (96, 72), 16.0  # pixels, metres across
@@ -17,12 +18,8 @@ TURNS = (Matrix(), Euler((np.pi, 0, 0)).to_matrix().to_4x4(), Matrix.Diagonal((1
 
 def empty():
     """A floor seen from above in slanted sunlight."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    b_scene = bpy.context.scene
-    kinds = {item.identifier for item in b_scene.render.bl_rna.properties["engine"].enum_items}
-    b_scene.render.engine = "BLENDER_EEVEE" if "BLENDER_EEVEE" in kinds else "BLENDER_EEVEE_NEXT"
-    b_scene.render.resolution_x, b_scene.render.resolution_y = SIZE
-    b_scene.eevee.taa_render_samples = b_scene.hybrid.samples = 2
+    b_scene = empty_scene(*SIZE, 2)
+    b_scene.hybrid.samples, b_scene.eevee.use_shadows = 2, True
     b_camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     b_camera.data.type, b_camera.data.ortho_scale, b_camera.location = "ORTHO", WIDTH, (0, 0, 10)
     b_scene.collection.objects.link(b_camera)

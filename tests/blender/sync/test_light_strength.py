@@ -14,6 +14,7 @@ import pytest
 
 import hybrid_addon as hybrid
 from hybrid_addon.blender.sync.coverage import PROPERTIES, Irrelevant, status_of
+from tests.blender.kit import empty_scene, new_world
 
 pytestmark = [pytest.mark.blender, pytest.mark.render]
 SIZE = (96, 32)
@@ -24,13 +25,7 @@ BALLS = {"matte": (0.0, 1.0), "mirror": (1.0, 0.0), "plastic": (0.0, 0.4)}  # me
 @pytest.fixture(scope="module")
 def studio(addon):
     """Three balls that hang side by side, ray traced."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    scene = bpy.context.scene
-    kinds = {item.identifier for item in scene.render.bl_rna.properties["engine"].enum_items}
-    scene.render.engine = "BLENDER_EEVEE" if "BLENDER_EEVEE" in kinds else "BLENDER_EEVEE_NEXT"
-    scene.render.resolution_x, scene.render.resolution_y = SIZE
-    scene.eevee.taa_render_samples = 4
-    scene.eevee.use_shadows = False  # most of the time of software OpenGL
+    scene = empty_scene(*SIZE, 4)
     for i, (name, (metallic, roughness)) in enumerate(BALLS.items()):
         bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=0.9, location=(2 * i - 2, 0, 0))
         ball = bpy.context.object
@@ -61,9 +56,7 @@ def studio(addon):
 
 
 def world(name, color):
-    made = bpy.data.worlds.new(name)
-    if bpy.app.version < (5, 0, 0):
-        made.use_nodes = True
+    made = new_world(name)
     made.node_tree.nodes["Background"].inputs["Color"].default_value = color
     return made
 
@@ -126,8 +119,8 @@ def test_a_view_layers_world_environment_and_material_are_eevees(studio):
 def test_what_the_tables_call_irrelevant_leaves_eevees_picture_as_it_is(studio):
     ball, lamp, layer = bpy.data.objects["Sphere"], studio.objects["lamp"], studio.view_layers[0]
     changes = [
-        *((ball, name, value) for name, value in (("is_shadow_catcher", True), ("pass_index", 3))),
-        *((ball, name, value) for name, value in (("color", (1, 0, 0, 1)), ("shadow_terminator_shading_offset", 0.5))),
+        (ball, "is_shadow_catcher", True),
+        (ball, "shadow_terminator_shading_offset", 0.5),
         (lamp.data, "shadow_maximum_resolution", 0.1),
         (studio.world.mist_settings, "use_mist", True),
         (layer, "use_ao", False),

@@ -143,6 +143,7 @@ def test_panes_take_a_bounded_number_of_rays(build, count, fills):
     assert film.residual.max() <= 1 + 1e-6
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("make", ["3 panes", "6 panes", "9 panes", "3 shells", "5 shells"])
 def test_the_mean_is_that_of_all_rays_and_the_error_within_the_residual(build, make):
     count, kind = int(make[0]), make[2:]

@@ -71,6 +71,7 @@ RAYS = 1_000_000  # for each setting: 25 a hit, one half up from above the groun
 HITS = RAYS // 2 // 25
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(
     ("scale", "offset"),
     [(1e-4, 0), (1e-2, 0), (1, 0), (1e2, 0), (1e4, 0), (1e7, 0), (1, 1), (1, 1e2), (1, 1e4), (0.1, 1e2), (1e2, 1e4)],

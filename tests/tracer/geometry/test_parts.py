@@ -148,6 +148,7 @@ def glowing(build, *parts, size=(48, 36)):
     return build.scene(*parts, (floor, build.emitter(0.7, 0.2, 0.1)), world=World((0.4, 0.4, 0.4)), camera=cam)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("count", [2, 4, 8, 20])
 def test_many_parts_in_one_another_are_as_many_objects(build, count):
     rng = np.random.default_rng(count)

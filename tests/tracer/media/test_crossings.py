@@ -57,6 +57,7 @@ def shot(scene, **settings):
     return film
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("tilt", TILTS)
 @pytest.mark.parametrize("way", ["straight", "turned", "joined"])
 def test_no_medium_is_lost_at_any_tilt(build, tilt, way):

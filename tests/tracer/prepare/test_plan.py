@@ -124,6 +124,7 @@ def test_each_exact_pruning_has_a_way_to_do_without_it():
     assert {p.name for p in PRUNINGS if p.kind in ("exact", "exact if")} - ELSEWHERE <= {*EXACT}
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("name", sorted({*EXACT} - {"screen-space"}))  # no scene here has a raster
 def test_what_is_left_out_changes_no_bit(planned, name):
     for s, settings, film in planned:

@@ -134,6 +134,7 @@ def test_progress_goes_on_through_all_strips(scene, short):
         trace(scene, SETTINGS, progress=lambda done: done < 0.5)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("masked", [False, True])
 def test_memory_is_that_of_the_picture_itself(build, monkeypatch, masked):
     """Of twelve times the pixels, no more than what each has in the film (28 bytes) and in passing, once each."""

@@ -193,6 +193,7 @@ def test_both_faces_of_a_slab_show_a_lamp_before_it_and_no_more(build):
     assert image[SIZE // 2, SIZE // 2] == pytest.approx(3 * 2 * 0.04 / 1.04, rel=0.01)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("roughness", [0.06, 0.2, 0.4])
 def test_a_frosted_slab_spreads_a_lamp_behind_it_and_keeps_its_light(build, roughness):
     """A wide lamp behind it is seen through, whether by rays or in the highlight of the face that it leaves by."""
@@ -203,6 +204,7 @@ def test_a_frosted_slab_spreads_a_lamp_behind_it_and_keeps_its_light(build, roug
     assert frosted[24:40, 24:40].mean() == pytest.approx(clear, rel=0.06)
 
 
+@pytest.mark.once
 def test_a_lamp_without_a_size_glows_through_frosted_glass_alone(build):
     point = PointLight("p", (0, 0, -3), (5, 5, 5))
     assert slab(build, 0.0, [point]).max() == 0
