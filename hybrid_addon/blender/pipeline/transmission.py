@@ -57,7 +57,9 @@ def _transmits(b_material: bpy.types.Material | None, custom: CustomSurface, sce
     if custom.values is None and (_is_animated(b_material, "hybrid.") or _has_animated_nodes(b_material.node_tree)):
         return True
     surface = customised(surface_of(b_material, scene), custom.over(custom_surface(b_material)))
-    return any(_is_not(closure.opacity, 1.0) and _is_not(closure.reflectivity, 1.0) for closure in singles(surface))
+    return surface.fog is None and any(
+        _is_not(closure.opacity, 1.0) and _is_not(closure.reflectivity, 1.0) for closure in singles(surface)
+    )
 
 
 def surface_of(b_material: bpy.types.Material | None, scene: bpy.types.Scene) -> Surface:

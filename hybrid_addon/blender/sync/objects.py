@@ -13,6 +13,7 @@ does not separate; here an object is left out of them only if both of Cycles' sw
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -64,6 +65,7 @@ class Objects:
         self._flags = flags
         self._warn = warn
         self._mesh_index: dict[MeshKey, int | None] = {}
+        self._parts: dict[tuple[int, frozenset[int], int], int | None] = {}  # of meshes, by the slots that they wear
         self.meshes: list[TriangleMesh] = []
         self.instances: list[Instance] = []
         self.owners: list[str] = []  # of each instance the object whose flag decides
@@ -157,8 +159,8 @@ class Objects:
         if mesh is None:
             return
         name_settings(b_object, f"object {b_object.name!r}", self._warn)
-        if all(self._surfaces.surfaces[index].fog is not None for index in surfaces):
-            self._add_fog(b_instance, mesh, surfaces[0], settings)
+        mesh = self._without_fog(b_instance, mesh, surfaces, settings)
+        if mesh is None:
             return
         self._warn_of_instancer(b_instance, settings)
         self.owners.append((b_instance.parent or b_object).original.name)
@@ -176,14 +178,48 @@ class Objects:
             )
         )
 
-    def _add_fog(
-        self, b_instance: bpy.types.DepsgraphObjectInstance, mesh: int, surface: int, settings: ObjectSettings
-    ) -> None:
-        """A body that has no surface, but a volume: the first one, where its material slots differ."""
-        b_object, medium = b_instance.object, self._surfaces.surfaces[surface].fog
-        name_fog(b_object, settings.ray_traced, self._warn)
-        if medium is not None:
-            self.fog.append(FogBody(b_object.name, self.meshes[mesh], _matrix(b_instance), medium))
+    def _without_fog(
+        self,
+        b_instance: bpy.types.DepsgraphObjectInstance,
+        mesh: int,
+        surfaces: tuple[int, ...],
+        settings: ObjectSettings,
+    ) -> int | None:
+        """What is left of a mesh, None if nothing is, when the faces are gone that bound a volume and have no surface.
+
+        Each such material slot is a body of fog, as in EEVEE.
+        """
+        media = {slot: self._surfaces.surfaces[index].fog for slot, index in enumerate(surfaces)}
+        solid = frozenset(slot for slot, medium in media.items() if medium is None)
+        if len(solid) == len(surfaces):
+            return mesh
+        b_object, rest = b_instance.object, self._part(b_instance, mesh, solid, len(surfaces))
+        if rest is None:
+            name_fog(b_object, settings.ray_traced, self._warn)
+        for slot, medium in media.items():
+            part = None if medium is None else self._part(b_instance, mesh, frozenset([slot]), len(surfaces))
+            if part is not None and medium is not None:
+                self.fog.append(FogBody(b_object.name, self.meshes[part], _matrix(b_instance), medium))
+        return rest
+
+    def _part(
+        self, b_instance: bpy.types.DepsgraphObjectInstance, mesh: int, slots: frozenset[int], count: int
+    ) -> int | None:
+        """Position in `meshes` of the triangles that wear these of `count` material slots; None: none does."""
+        key = (mesh, slots, count)
+        if key not in self._parts:
+            whole = self.meshes[mesh]
+            worn = np.zeros(len(whole.triangles), np.int32) if whole.surface_slots is None else whole.surface_slots
+            kept = np.isin(np.minimum(worn, count - 1), sorted(slots))
+            self._parts[key] = mesh if kept.all() else None
+            if kept.any() and not kept.all():
+                part = replace(
+                    whole, triangles=whole.triangles[kept], corners=whole.corners[kept], surface_slots=worn[kept]
+                )
+                name = b_instance.object.original.name_full
+                self._parts[key] = len(self.meshes)
+                self.meshes.append(self._kept.mesh((name, whole.name, slots, count), part))
+        return self._parts[key]
 
     def _is_likely_to_move(self, b_instance: bpy.types.DepsgraphObjectInstance, mesh: int) -> bool:
         b_object = b_instance.object

@@ -125,6 +125,28 @@ def test_a_worlds_fog_lets_nothing_of_the_world_and_of_suns_through(scene):
     assert not after.lights and after.world.radiance == (0, 0, 0) and after.fog.world.dims
 
 
+def test_fog_in_one_of_several_material_slots_is_a_body_of_its_own(scene):
+    """A cube of fog joined to a solid one: EEVEE draws both. A slot that no face wears is nothing."""
+    volume(bpy.data.materials["Material"], "VolumeScatter", Density=0.25)
+    bpy.ops.mesh.primitive_cube_add(size=1, location=(3, 0, 0))
+    solid, cube = bpy.context.object, bpy.data.objects["Cube"]
+    solid.data.materials.append(bpy.data.materials.new("Solid"))
+    cube.select_set(True)
+    bpy.context.view_layer.objects.active = cube
+    bpy.ops.object.join()
+    found = translated(scene)
+    (body,), (instance,) = found.scene.fog.bodies, found.scene.instances
+    rest = found.scene.meshes[instance.mesh]
+    assert (len(body.mesh.triangles), len(rest.triangles)) == (12, 12)
+    assert abs(body.mesh.vertices[body.mesh.triangles]).max() == 1
+    assert rest.vertices[rest.triangles][..., 0].min() == pytest.approx(2.5)
+    assert body.medium.scattering == pytest.approx((0.2,) * 3) and found.warnings == ()
+    cube.data.polygons.foreach_set("material_index", [1] * len(cube.data.polygons))
+    cube.data.update()
+    found = translated(scene).scene
+    assert not found.fog.bodies and len(found.meshes[found.instances[0].mesh].triangles) == 24
+
+
 def test_ticked_fog_is_named(scene):
     volume(bpy.data.materials["Material"], "VolumeScatter", Density=0.01)
     bpy.data.objects["Cube"].hybrid.ray_traced = True
