@@ -68,7 +68,11 @@ given back would take up to a tenth of its time."""
 Work = Callable[[bytes], tuple[Stats, bool]]
 """Does a task: what was counted, and whether it came to its end."""
 
-_mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if AVAILABLE else None  # not every Linux has glibc
+_libc = ctypes.CDLL(None) if AVAILABLE else None
+_mallopt, _prctl = (getattr(_libc, name, None) for name in ("mallopt", "prctl"))  # not every Linux has glibc
+
+PR_SET_PDEATHSIG = 1
+"""prctl(2): which signal a process gets when the thread that has forked it ends."""
 
 
 def shared_zeros(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
@@ -112,11 +116,13 @@ class ForkPool:
         self._at = shared_zeros((number, 2), np.int64)  # of each process the system's number, and its task's + 1
         for task in first:
             self.give(task)
+        main = os.getpid()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # forks beside threads: see the head of this file
             place, self._children = _fork(number)
         if place is not None:
             os.close(self._tasks)  # or the end of the tasks would never be seen
+            _end_with(main)
             _serve(tasks_out, answers_in, record, work, self._at[place], self._children)
         os.close(tasks_out)
         os.close(answers_in)
@@ -179,6 +185,23 @@ def _fork(number: int) -> tuple[int | None, list[int]]:
             with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.setpgid(child, group)
     return place, own
+
+
+def _end_with(main: int) -> None:
+    """Have this child end, in the middle of a task, too, when process `main` has ended.
+
+    The system tells of the end of who has forked it: a thread of `main`, which may end before the others, or another
+    child, whose end `main` judges.
+    """
+
+    def look(*_: object) -> None:
+        if _ended_by(main):
+            os._exit(1)
+
+    signal.signal(signal.SIGHUP, look)
+    if _prctl is not None:
+        _prctl(PR_SET_PDEATHSIG, int(signal.SIGHUP), 0, 0, 0)
+    look()  # who ended before has told nobody
 
 
 def _fetch(children: list[int]) -> None:

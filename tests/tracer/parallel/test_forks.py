@@ -3,6 +3,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from dataclasses import replace
@@ -282,3 +284,30 @@ def test_sums_of_all_processes_meet_in_one_array():
         os._exit(0)
     os.waitpid(child, 0)
     assert (shared[1] == 7).all() and not shared[[0, 2]].any()
+
+
+ORPHANS = """
+import time
+from hybrid_addon.tracer.parallel.forks import ForkPool
+
+def work(task):
+    time.sleep(1000)
+
+pool = ForkPool(4, 8, work, (number.to_bytes(8, "little") for number in range(4)))
+while not pool._at.all():
+    time.sleep(0.01)
+print(*pool._at[:, 0], flush=True)
+time.sleep(1000)
+"""
+
+
+def test_they_end_in_the_middle_of_a_task_when_the_parent_is_killed():
+    """Children and their children."""
+    parent = subprocess.Popen([sys.executable, "-c", ORPHANS], stdout=subprocess.PIPE, text=True)
+    numbers = parent.stdout.readline().split()
+    try:
+        assert len(numbers) == 4 and all(command(number) for number in numbers)
+    finally:
+        parent.kill()
+        parent.communicate()
+    assert soon(lambda: not any(command(number) for number in numbers))
