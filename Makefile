@@ -58,7 +58,7 @@ format: venv  ## Lay the source out as "make lint" wants it
 	$(RUN) -m ruff check --fix
 	$(RUN) -m ruff format
 
-extension: venv  ## Build and validate the extension in dist/, one zip per platform
+extension: venv  ## Build and validate the extension in dist/, one zip per platform and Blender's Python
 	$(RUN) tools/build_extension.py
 
 extension-local: venv  ## The same for this machine and one Blender's Python: FOR_PYTHON=3.14 (Debian's Blender)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Builds the extension's zips and validates each, with Blender's own tool (it lies inside the bpy wheel).
 
-Run as ``python tools/build_extension.py`` for one zip per platform of the manifest, what a release consists of, or with
-``--python 3.14`` for one zip for this machine and for a Blender that is built on that version of Python.
+Run as ``python tools/build_extension.py`` for one zip for each platform of the manifest and each Python of official
+Blenders, what a release consists of, or with ``--python 3.14`` for one zip for this machine and for a Blender that is
+built on that version of Python.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from fetch_wheels import ROOT, WHEELS, fetch, manifest_wheels
+from fetch_wheels import ROOT, WHEELS, fetch, known_hashes, manifest_wheels
 
 # This machine as Blender's manifests name it, and the end of the names of the wheels that run on it.
 PLATFORMS = {
@@ -26,6 +27,8 @@ PLATFORMS = {
     ("Darwin", "arm64"): ("macos-arm64", "arm64"),
     ("Darwin", "x86_64"): ("macos-x64", "x86_64"),
 }
+# Blender's Pythons: how a zip for it is named, and the first Blender that has it, and the first that has it no longer.
+BLENDERS = {"cp311": ("blender4.5", "4.5.0", "5.1.0"), "cp313": ("blender5.1", "5.1.0", "")}
 NOT_SOURCE = shutil.ignore_patterns(".*", "__pycache__", "wheels", "build", "dist", "demo")
 
 
@@ -40,37 +43,60 @@ def blender_ext(*arguments: str | Path) -> None:
 
 
 def build_release(output: Path) -> None:
-    """One zip per platform, each with the wheels of every Python that an official Blender is built on."""
+    """One zip for each platform and each Python that an official Blender is built on: LLVM is too large to be carried
+    for all of them."""
     fetch(manifest_wheels())
-    blender_ext("build", "--source-dir", ROOT, "--output-dir", output, "--split-platforms")
+    for tag, (name, first, until) in BLENDERS.items():
+        with tempfile.TemporaryDirectory(dir=output) as folder:
+            wheels = [wheel for wheel in manifest_wheels() if f"-{tag}-" in wheel]
+            changes = {"blender_version_min": f'"{first}"'}
+            if until:
+                changes["blender_version_max"] = f'"{until}"'
+            _build(wheels, changes, Path(folder), "--split-platforms")
+            for archive in Path(folder).glob("*.zip"):
+                archive.replace(output / f"{archive.stem}-{name}.zip")
 
 
 def build_for(version: str, output: Path) -> None:
     """One zip for this machine's platform and one version of Python."""
-    name, wheel = _local_wheel(f"cp{version.replace('.', '')}")
-    fetch([wheel])
-    with tempfile.TemporaryDirectory() as folder:
+    name, wheels = _local_wheels(f"cp{version.replace('.', '')}")
+    if not any(wheel.startswith("numba-") for wheel in wheels):
+        print(f"numba has no wheel for Python {version} on {name}: this zip goes without, numpy does all the work")
+    fetch(wheels)
+    _build(wheels, {"platforms": f'["{name}"]'}, output)
+
+
+def _build(wheels: list[str], changes: dict[str, str], output: Path, *options: str) -> None:
+    """Build with these wheels only, and with other values of some fields of the manifest."""
+    with tempfile.TemporaryDirectory(dir=output) as folder:
         source = Path(folder) / "source"
         shutil.copytree(ROOT, source, ignore=NOT_SOURCE)
         (source / "wheels").mkdir()
-        shutil.copy(WHEELS / wheel, source / "wheels")
+        for wheel in wheels:
+            shutil.copy(WHEELS / wheel, source / "wheels")
         manifest = source / "blender_manifest.toml"
         text = manifest.read_text(encoding="utf-8")
-        text = re.sub(r"^platforms = \[.*?\]", f'platforms = ["{name}"]', text, flags=re.M | re.S)
-        text = re.sub(r"^wheels = \[.*?\]", f'wheels = ["./wheels/{wheel}"]', text, flags=re.M | re.S)
+        for field, value in {**changes, "wheels": str([f"./wheels/{wheel}" for wheel in wheels])}.items():
+            known = re.compile(rf'^{field} = (\[.*?\]|".*?")', re.M | re.S)
+            line = f"{field} = {value}"
+            text = (
+                known.sub(line, text) if known.search(text) else text.replace("\nplatforms", f"\n{line}\nplatforms", 1)
+            )
         manifest.write_text(text, encoding="utf-8")
-        blender_ext("build", "--source-dir", source, "--output-dir", output)
+        blender_ext("build", "--source-dir", source, "--output-dir", output, *options)
 
 
-def _local_wheel(tag: str) -> tuple[str, str]:
-    """This machine's platform and its wheel's file name for the Python with this tag (cp314)."""
+def _local_wheels(tag: str) -> tuple[str, list[str]]:
+    """This machine's platform and its wheels' file names for the Python with this tag (cp314): those without which
+    nothing works, and of the others those on record."""
     machine = (platform.system(), platform.machine())
     if machine not in PLATFORMS:
         raise SystemExit(f"the extension has no wheels for {' '.join(machine)}")
     name, suffix = PLATFORMS[machine]
     kind = {"Linux": "manylinux", "Windows": "win", "Darwin": "macosx"}[machine[0]]
-    listed = next(w for w in manifest_wheels() if w.endswith(f"{suffix}.whl") and f"-{kind}" in w)
-    return name, re.sub(r"cp\d+", tag, listed)
+    listed = [w for w in manifest_wheels() if w.endswith(f"{suffix}.whl") and f"-{kind}" in w]
+    wanted = sorted({re.sub(r"cp\d+", tag, wheel) for wheel in listed})
+    return name, [wheel for wheel in wanted if wheel.startswith("embreex-") or wheel in known_hashes()]
 
 
 def main() -> None:

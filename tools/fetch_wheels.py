@@ -26,10 +26,15 @@ def manifest_wheels() -> list[str]:
     return [Path(wheel).name for wheel in manifest["wheels"]]
 
 
+def known_hashes() -> dict[str, str]:
+    """File name of each wheel on record -> its sha256."""
+    lines = (ROOT / "tools" / "wheels.sha256").read_text(encoding="utf-8").split("\n")
+    return {name: digest for digest, name in (line.split() for line in lines if line)}
+
+
 def fetch(names: Iterable[str]) -> None:
     """Make sure that wheels/ holds these files, each with its known hash."""
-    lines = (ROOT / "tools" / "wheels.sha256").read_text(encoding="utf-8").split("\n")
-    known = {name: digest for digest, name in (line.split() for line in lines if line)}
+    known = known_hashes()
     for name in names:
         path = WHEELS / name
         if not path.exists():

@@ -154,6 +154,18 @@ def test_it_is_enabled_and_breaks_no_policy(blender: Blender) -> None:
     assert f"EMBREE {blender.environment['BLENDER_USER_RESOURCES']}" in printed, printed
 
 
+def test_kernels_compile_into_the_folder_of_the_extension(blender: Blender) -> None:
+    """One of them: all take half a minute. A Python for which there is no numba goes without."""
+    printed = blender.script(
+        "import os; del os.environ['HYBRID_KERNELS']; import bl_ext.user_default.hybrid_addon as door, importlib;"
+        "loading = importlib.import_module('.hybrid_addon.tracer.kernels.loading', door.__name__);"
+        "now = loading.load({'tracer.geometry.aggregate.refine'}); print('STATE', now['ready'], now['failed']);"
+        "print('KEPT', len(list(loading.cache_folder().iterdir())), loading.cache_folder())"
+    )
+    kept = f"{blender.environment['BLENDER_USER_RESOURCES']}/extensions/.user/user_default/hybrid_addon/kernels"
+    assert "STATE 1 {}" in printed and re.search(rf"^KEPT [2-9] {re.escape(kept)}$", printed, re.M), printed
+
+
 def test_one_frame_holds_both_halves(blender: Blender, folder: Path, scene: Path, still: Path,
                                      command_line: Path) -> None:  # fmt: skip
     """Away from the ball the picture is EEVEE's own, and on it another one: a mirror, not a grey ball."""
