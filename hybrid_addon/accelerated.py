@@ -32,6 +32,8 @@ class Twins:
 
     reference : the numpy function.   kernel : what calls run instead, or None.   compiled : the kernel once loaded, in
     use or not.   written : positions of the arrays that both write to; of others a kernel may be given copies.
+    tables : positions of the arrays that are not of one column for each ray: all others are of the same length.
+    unmatched : types of arguments for which there is no kernel.
     """
 
     def __init__(self, name: str, reference: Callable[..., Any]) -> None:
@@ -39,32 +41,53 @@ class Twins:
         self.kernel: Callable[..., Any] | None = None
         self.compiled: Callable[..., Any] | None = None
         self.written: tuple[int, ...] = ()
-        self._unmatched: set[tuple[Any, ...]] = set()
+        self.tables: tuple[int, ...] = ()
+        self.unmatched: set[tuple[Any, ...]] = set()
 
     def run(self, kernel: Callable[..., Any], args: tuple[Any, ...]) -> Any:
         """Call the kernel, on arrays laid out row by row; a failure is one warning, and numpy's turn from then on."""
-        if self._unmatched and _types(args) in self._unmatched:
+        ready = self._ready(args)
+        if ready is None:
             return self.reference(*args)
-        for position in self.written:
-            if not args[position].flags.c_contiguous:
-                return self.reference(*args)
         try:
-            return kernel(*[contiguous(a) for a in args])
+            return kernel(*ready)
         except MemoryError:
             raise
         except Exception as error:
             if isinstance(error, TypeError) and str(error).startswith(NO_MATCH):
-                self._unmatched.add(_types(args))  # to find it out takes numba longer than the work
+                self.unmatched.add(_types(args))  # to find it out takes numba longer than the work
             else:
                 self.kernel = self.compiled = None
                 report_failure(self.name, error)
         return self.reference(*args)
 
+    def _ready(self, args: tuple[Any, ...]) -> list[Any] | None:
+        """The arguments as a kernel takes them; None: it is not for these. It would read beyond an array that numpy
+        would repeat for all columns of another."""
+        if self.unmatched and _types(args) in self.unmatched:
+            return None
+        ready, n = [], -1
+        for i, a in enumerate(args):
+            if isinstance(a, np.ndarray):
+                if i not in self.tables and a.ndim:
+                    if n < 0:
+                        n = a.shape[-1]
+                    elif a.shape[-1] != n:
+                        return None
+                if not a.flags.c_contiguous:
+                    if i in self.written:
+                        return None
+                    a = np.ascontiguousarray(a)
+            ready.append(a)
+        return ready
+
 
 ALL: dict[str, Twins] = {}
 """Every marked function that has been imported, by its name within the package (`tracer.geometry.aggregate.refine`)."""
 
-_early: dict[str, tuple[Callable[..., Any], tuple[int, ...]]] = {}  # kernels whose function is not imported yet
+_early: dict[
+    str, tuple[Callable[..., Any], tuple[int, ...], tuple[int, ...]]
+] = {}  # kernels whose function is not imported yet
 _failed: dict[str, str] = {}
 _warned: list[str] = []
 
@@ -84,13 +107,13 @@ def accelerated(function: F) -> F:
     return cast(F, run)
 
 
-def provide(name: str, kernel: Callable[..., Any], written: tuple[int, ...] = ()) -> None:
-    """From now on the function of this name runs `kernel`; written: see `Twins`."""
+def provide(name: str, kernel: Callable[..., Any], written: tuple[int, ...] = (), tables: tuple[int, ...] = ()) -> None:
+    """From now on the function of this name runs `kernel`; written, tables: see `Twins`."""
     twins = ALL.get(name)
     if twins is None:
-        _early[name] = kernel, written
+        _early[name] = kernel, written, tables
         return
-    twins.written = written
+    twins.written, twins.tables = written, tables
     twins.kernel = twins.compiled = kernel
 
 
@@ -122,8 +145,3 @@ def failed() -> dict[str, str]:
 
 def _types(args: tuple[Any, ...]) -> tuple[Any, ...]:
     return tuple((a.dtype, a.ndim) if isinstance(a, np.ndarray) else type(a) for a in args)
-
-
-def contiguous(a: Any) -> Any:
-    """An array as it is if it lies row by row in memory, else a copy that does; what is no array, as it is."""
-    return a if not isinstance(a, np.ndarray) or a.flags.c_contiguous else np.ascontiguousarray(a)

@@ -14,6 +14,7 @@ Rules, which make the bits those of numpy:
 * minimum, maximum, clip: numpy's hand NaN on, Python's `min` and `max` do not: `least` and `largest` below do.
 * Arrays of arguments lie row by row and are not written to, but for those that a type says so of: `written(f8[2])`.
   Helpers take numbers, not arrays, which would be counted as referred to for each call.
+* Arrays are as long as one another but for those that `tables` names: their last axis is one column for each ray.
 * Nothing but the arguments is read or written, no lock is held, no thread started: any number of threads, or of forked
   processes, run a kernel at once.
 
@@ -63,11 +64,13 @@ def written(array: Any) -> Any:
 
 class Kernel(NamedTuple):
     """A kernel as it was declared. of: the numpy function's name (see `accelerated`); signatures: types of arguments,
-    one tuple for each combination that it is compiled for."""
+    one tuple for each combination that it is compiled for. tables: positions of the arrays that are not of one column
+    for each ray."""
 
     of: str
     function: Callable[..., Any]
     signatures: list[tuple[Any, ...]]
+    tables: tuple[int, ...] = ()
 
     @property
     def written(self) -> tuple[int, ...]:
@@ -79,11 +82,15 @@ DECLARED: list[Kernel] = []
 """All kernels of the modules that have been imported."""
 
 
-def kernel(of: str, signatures: Sequence[tuple[Any, ...]]) -> Callable[[F], F]:
-    """Declare a function as the twin of the numpy function `of`, compiled for these types of arguments."""
+def kernel(of: str, signatures: Sequence[tuple[Any, ...]], tables: tuple[int, ...] = ()) -> Callable[[F], F]:
+    """Declare a function as the twin of the numpy function `of`, compiled for these types of arguments.
+
+    tables : positions of arrays that are not of one column for each ray. All others are as long as one another: where
+             they are not (numpy would repeat a single column), numpy does the work.
+    """
 
     def declare(function: F) -> F:
-        DECLARED.append(Kernel(of, function, list(signatures)))
+        DECLARED.append(Kernel(of, function, list(signatures), tables))
         return function
 
     return declare

@@ -8,7 +8,7 @@ import numpy as np
 from .declare import Array, f4, f8, i4, kernel
 
 
-@kernel("tracer.geometry.aggregate.refine", [(f8[2], i4[1], f4[2], f4[2])])
+@kernel("tracer.geometry.aggregate.refine", [(f8[2], i4[1], f4[2], f4[2])], tables=(0,))
 def refine(facets: Array, prim: Array, origin: Array, direction: Array) -> tuple[Array, Array, Array]:
     """See there."""
     n = len(prim)

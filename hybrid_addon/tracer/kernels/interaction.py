@@ -14,7 +14,9 @@ CHUNK = 512
 TINY = np.finfo(np.float32).tiny
 
 
-@kernel("tracer.shading.interaction.hit_points", [(i8[1], f4[1], i4[1], f8[1], f4[2], f8[1], f4[2], f4[2])])
+@kernel(
+    "tracer.shading.interaction.hit_points", [(i8[1], f4[1], i4[1], f8[1], f4[2], f8[1], f4[2], f4[2])], tables=(0, 1)
+)
 def hit_points(
     surfaces: Array, extents: Array, prim: Array, t: Array, normal: Array, toward: Array, origin: Array,
     direction: Array,
@@ -60,7 +62,9 @@ def offset_origin(point: Array, normal: Array, offset: Array) -> Array:
     return result
 
 
-@kernel("tracer.shading.interaction.smooth_normals", [(b1[1], f4[2], f8[2], i8[1], f8[2], f4[2], b1[1])])
+@kernel(
+    "tracer.shading.interaction.smooth_normals", [(b1[1], f4[2], f8[2], i8[1], f8[2], f4[2], b1[1])], tables=(0, 1, 2)
+)
 def smooth_normals(
     smooth: Array, normals: Array, planes: Array, prim: Array, point: Array, n_geometric: Array, entering: Array
 ) -> tuple[int, Array, Array]:
@@ -90,7 +94,7 @@ def smooth_normals(
     return count, result, weights
 
 
-@kernel("tracer.geometry.aggregate.barycentric_weights", [(f8[2], i8[1], f8[2]), (f8[2], i4[1], f8[2])])
+@kernel("tracer.geometry.aggregate.barycentric_weights", [(f8[2], i8[1], f8[2]), (f8[2], i4[1], f8[2])], tables=(0,))
 def barycentric_weights(planes: Array, prim: Array, point: Array) -> Array:
     """See there."""
     n, last = len(prim), len(planes) // 2 - 1

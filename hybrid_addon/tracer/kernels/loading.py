@@ -148,7 +148,7 @@ def _load(names: set[str] | None) -> None:
                 continue
             _done.add(kernel.of)
             try:
-                accelerated.provide(kernel.of, compiled(kernel), kernel.written)
+                accelerated.provide(kernel.of, compiled(kernel), kernel.written, kernel.tables)
             except Exception as error:
                 accelerated.report_failure(kernel.of, error)
         if names is None:

@@ -27,7 +27,7 @@ def step(bounces: Any, last: Any) -> Any:
     return min(max(np.int64(bounces), 0), last)
 
 
-@kernel("tracer.film.samples.add_at", [(written(f8[2]), i8[1], f4[2])])
+@kernel("tracer.film.samples.add_at", [(written(f8[2]), i8[1], f4[2])], tables=(0,))
 def add_at(to: Array, sample: Array, values: Array) -> None:
     """See there."""
     for c in range(len(values)):
@@ -35,7 +35,7 @@ def add_at(to: Array, sample: Array, values: Array) -> None:
             to[c, sample[i]] += np.float64(values[c, i])
 
 
-@kernel("tracer.film.error_budget.candidates", [(i8[1], f4[1], i2[1], i8[1], i8[1], f4[1])])
+@kernel("tracer.film.error_budget.candidates", [(i8[1], f4[1], i2[1], i8[1], i8[1], f4[1])], tables=(2, 3, 4, 5))
 def candidates(
     sample: Array, weight: Array, generation: Array, released: Array, spent: Array, heaviest: Array
 ) -> tuple[Array, Array]:
@@ -52,7 +52,7 @@ def candidates(
     return key[:found].copy(), index[:found].copy()
 
 
-@kernel("tracer.film.error_budget.lightest", [(i8[1], i8[1], i2[1], i8[1], i8[1], written(i8[1]))])
+@kernel("tracer.film.error_budget.lightest", [(i8[1], i8[1], i2[1], i8[1], i8[1], written(i8[1]))], tables=(2, 3, 4, 5))
 def lightest(key: Array, ordered: Array, generation: Array, released: Array, spent: Array, scratch: Array) -> Array:
     """See there."""
     n, last = len(key), len(released) - 1
@@ -79,6 +79,7 @@ def lightest(key: Array, ordered: Array, generation: Array, released: Array, spe
 @kernel(
     "tracer.film.samples.follow_all",
     [(i8[1], f4[1], written(i8[1]), written(i8[1]), int64, int64, int64)],
+    tables=(2, 3),
 )
 def follow_all(
     sample: Array, weight: Array, followed: Array, scratch: Array, most: int, most_rays: int, ahead: int
