@@ -11,7 +11,7 @@ import numpy as np
 
 from ...scene import Float64
 from ..core.constants import LEAST_COSINE
-from ..core.vectors import Array, cross, dot
+from ..core.vectors import Array, cross, dot, flatnonzero
 
 
 def form_factor(corners: list[Array], normal: Array) -> Array:
@@ -54,58 +54,37 @@ def _edge_term(a: Array, b: Array, normal: Array) -> Array:
 def ellipse_form_factor(center: Float64, u: Float64, v: Float64) -> Float64:
     """Irradiance over pi radiance (n,), of the normal +Z, from ellipses with conjugate half axes u, v (3, n).
 
-    With unit half axes e1, e2 of lengths a, b, e3 normal to both and the centre at (X, Y, 1) times its distance L to
-    the plane, the cone of the ellipse is dual to D = A^2 e1 e1' + B^2 e2 e2' - C C', A = a / L, B = b / L. The
-    eigenvector of D's only negative eigenvalue, -m, is its axis, and the vector irradiance lies along it and is
+    Of an ellipse whose centre is at c the cone is dual to D = u u' + v v' - c c'. The eigenvector of D's only negative
+    eigenvalue, -m, is its axis, and the vector irradiance lies along it and is
 
         F = pi L1 L2 / sqrt((1 + L1^2) (1 + L2^2)),  L1, L2 the tangents of the cone's half angles,
 
-    with (L1 L2)^2 = (A B)^2 / m^3 and L1^2 + L2^2 = (A^2 + B^2 - |C|^2 + m) / m.
+    with (L1 L2)^2 = -det D / m^3 = ((u x v).c)^2 / m^3 and L1^2 + L2^2 = (tr D + m) / m. The axis is
+    (u u' + v v' + m)^-1 c.
     """
     with np.errstate(all="ignore"):
-        e1, e2, a, b = _principal_axes(u, v)
-        e3 = cross(e1, e2)
-        plane = dot(e3, center)
-        e3 *= np.sign(plane)
-        plane = np.abs(plane)
-        x, y = dot(e1, center) / plane, dot(e2, center) / plane
-        aa, bb = (a / plane) ** 2, (b / plane) ** 2
-        m = _negative_eigenvalue(aa, bb, x, y)
-        product = aa * bb / m**3
-        total = np.maximum((aa + bb - (x * x + y * y + 1) + m) / m, 0)
+        across = cross(u, v)
+        uu, vv, uv, cc = dot(u, u), dot(v, v), dot(u, v), dot(center, center)
+        uc, vc, trace = dot(u, center), dot(v, center), uu + vv - cc
+        minors = dot(across, across) - (uu * cc - uc * uc) - (vv * cc - vc * vc)
+        volume2 = dot(across, center) ** 2
+        m = -_least_eigenvalue(trace, minors, -volume2)
+        product, total = volume2 / m**3, np.maximum((trace + m) / m, 0)
         form = np.sqrt(product / (1 + total + product))
-        axis = e1 * (x / (aa + m)) + e2 * (y / (bb + m)) + e3 / m
-        axis_z = axis[2] / np.sqrt(dot(axis, axis))
-        seen = ball_form_factor(form, axis_z)
+        s, t = (vv + m) * uc - uv * vc, (uu + m) * vc - uv * uc
+        axis = center * ((uu + m) * (vv + m) - uv * uv) - u * s - v * t
+        seen = ball_form_factor(form, axis[2] / np.sqrt(dot(axis, axis)))
     return np.where(np.isfinite(seen), seen, 0.0)
 
 
-def _principal_axes(u: Float64, v: Float64) -> tuple[Float64, Float64, Float64, Float64]:
-    """Unit half axes (3, n) of ellipses with conjugate half axes u, v, and their lengths (n,), the longer first.
-
-    They are the eigenvectors of u u' + v v' in the plane of both.
-    """
-    uu, vv, uv = dot(u, u), dot(v, v), dot(u, v)
-    angle = 0.5 * np.arctan2(2 * uv, uu - vv)
-    cos, sin = np.cos(angle), np.sin(angle)
-    first, second = u * cos + v * sin, v * cos - u * sin
-    a, b = np.sqrt(dot(first, first)), np.sqrt(dot(second, second))
-    return first / a, second / b, a, b
-
-
-def _negative_eigenvalue(aa: Float64, bb: Float64, x: Float64, y: Float64) -> Float64:
-    """m > 0, -m the negative eigenvalue of diag(aa, bb, 0) - c c', c = (x, y, 1): (n,) (Smith 1961)."""
-    d11, d22, d33 = aa - x * x, bb - y * y, -1.0
-    mean = (d11 + d22 + d33) / 3
-    off = x * x * y * y + x * x + y * y
-    p2 = ((d11 - mean) ** 2 + (d22 - mean) ** 2 + (d33 - mean) ** 2 + 2 * off) / 6
+def _least_eigenvalue(trace: Float64, minors: Float64, det: Float64) -> Float64:
+    """(n,) of symmetric 3 x 3 matrices, by their trace, the sum of their principal minors, and determinant (Smith
+    1961)."""
+    mean = trace / 3
+    p2 = mean * mean - minors / 3
     p = np.sqrt(p2)
-    k11, k22, k33 = (d11 - mean) / p, (d22 - mean) / p, (d33 - mean) / p
-    k12, k13, k23 = -x * y / p, -x / p, -y / p
-    det = k11 * (k22 * k33 - k23 * k23) - k12 * (k12 * k33 - k23 * k13) + k13 * (k12 * k23 - k22 * k13)
-    phi = np.arccos(np.clip(det / 2, -1, 1)) / 3
-    result: Float64 = -(mean + 2 * p * np.cos(phi + 2 * np.pi / 3))
-    return result
+    phi = np.arccos(np.clip((det - mean * (minors - 2 * mean * mean)) / (2 * p2 * p), -1, 1)) / 3
+    return np.asarray(mean + 2 * p * np.cos(phi + 2 * np.pi / 3))
 
 
 def ball_form_factor(form: Float64, cos: Float64) -> Float64:
@@ -115,10 +94,11 @@ def ball_form_factor(form: Float64, cos: Float64) -> Float64:
     cos  : (n,), of the angle between the normal and their centres.
     """
     sin_s = np.sqrt(np.minimum(form, 1))
-    cut = np.abs(cos) < sin_s
+    cut = flatnonzero(np.abs(cos) < sin_s)
     result = np.where(cos > 0, form * cos, 0.0)
-    if not cut.any():
+    if len(cut) == 0:
         return result
+    form, cos, sin_s = form.take(cut), cos.take(cut), sin_s.take(cut)
     cos_s, sin_w = np.sqrt(np.maximum(1 - form, 0)), np.sqrt(np.maximum(1 - cos * cos, LEAST_COSINE**2))
     sin_g = np.clip(cos_s / sin_w, 0, 1)
     gamma = np.arcsin(sin_g)
@@ -126,4 +106,5 @@ def ball_form_factor(form: Float64, cos: Float64) -> Float64:
     g = -2 * sin_w * cos_s * cos_g + np.pi / 2 - gamma + sin_g * cos_g
     h = cos * (cos_g * np.sqrt(np.maximum(form - cos_g**2, 0)) + form * np.arcsin(np.clip(cos_g / sin_s, 0, 1)))
     part = np.where(cos > 0, np.pi * form * cos + g - h, g + h) / np.pi
-    return np.where(cut, np.maximum(part, 0), result)
+    result[cut] = np.maximum(part, 0)
+    return result

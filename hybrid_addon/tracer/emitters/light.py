@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ...scene import Float32, Float64, Light
 from ..core.constants import LTC_FADE
-from ..core.vectors import Array, dot, normalize
+from ..core.vectors import Array, dot, flatnonzero, normalize, take
 
 Bools = NDArray[np.bool_]
 Bounds = tuple[Float64, Float64]
@@ -36,6 +36,13 @@ class Lobe(Protocol):
 
     def untransformed(self, a: Float64) -> Float64:
         """Vectors (3, n) as they lie where the lobe is a cosine around +Z."""
+
+    def reaches(self, toward: Float64, size: Array | float) -> Bools:
+        """(n,) whether anything within `size`, (n,) or a number, of points toward (3, n) may lie above its horizon: yes
+        where the size is not known (NaN)."""
+
+    def take(self, index: NDArray[np.intp]) -> Lobe:
+        """Those of the hits `index`."""
 
 
 @dataclass(eq=False)
@@ -255,9 +262,17 @@ class CompiledLight(ABC):
         d2 = dot(toward, toward)
         if not self.is_infinite:
             d2 = np.maximum(d2, least_distance.astype(np.float64) ** 2)
+        # Half of the lobes look elsewhere.
+        with np.errstate(invalid="ignore"):  # a point in the middle of a ball
+            some = flatnonzero(lobe.reaches(toward, self.half_size(toward)))
+        if len(some) < len(d2):
+            lobe, toward, d2 = lobe.take(some), take(toward, some), take(d2, some)
+            point, n_geometric = take(point, some), take(n_geometric, some)
         seen, radius = self.lobe_share(lobe, toward, d2)
         seen = seen * _above_horizon(toward, d2, radius, n_geometric)
-        return np.asarray(self.fade(seen, point, d2), np.float32)
+        result = np.zeros(len(least_distance), np.float32)
+        result[some] = self.fade(seen, point, d2)
+        return result
 
     def require(self, condition: bool, message: str) -> None:
         """Raise ValueError, with the light's name before the message, unless the condition holds."""

@@ -323,6 +323,8 @@ def _dimming(scene: CompiledScene, closures: ClosureHits, sent: list[tuple[Index
     limit, rays = scene.arriving.indirect_limit, closures.rays
     if not np.isfinite(limit) or not sent or rays.camera.all():
         return None
+    if closures.owner is None and sum(float(np.max(radiance, initial=0)) for _, radiance in sent) <= limit:
+        return None
     total = np.zeros((3, len(rays)), np.float32)
     for index, radiance in sent:
         add(total, index, np.broadcast_to(radiance, (3, count(index, len(rays)))))

@@ -21,11 +21,15 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...scene import Float32, Float64
 from ..core.constants import LEAST_COSINE
-from ..core.vectors import Array, cross, dot, orthonormal_basis
+from ..core.vectors import Array, cross, dot, orthonormal_basis, take
 from ..materials.principled import albedos, masking
+
+Bools = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
 
 
 @cache
@@ -53,6 +57,15 @@ class Lobe:
         """Vectors (3, n) where the lobe is a cosine around +Z."""
         z = dot(self.z, a)
         return np.stack([(dot(self.x, a) - self.m13 * z) / self.m11, dot(self.y, a) / self.m22, z])
+
+    def reaches(self, toward: Float64, size: Array | float) -> Bools:
+        """See `emitters.light.Lobe`."""
+        return np.asarray(~(dot(self.z, toward) <= -np.asarray(size)))
+
+    def take(self, index: Numbers) -> Lobe:
+        """Those of the hits `index`."""
+        x, y, z = (take(axis, index) for axis in (self.x, self.y, self.z))
+        return Lobe(x, y, z, take(self.m11, index), take(self.m22, index), take(self.m13, index))
 
 
 LEAST_RISE = 0.05
@@ -95,6 +108,16 @@ class LampLobe:
     def untransformed(self, a: Float64) -> Float64:
         """Vectors (3, n) where the lobe is a cosine around +Z."""
         return np.stack([dot(row, a) for row in self.rows])
+
+    def reaches(self, toward: Float64, size: Array | float) -> Bools:
+        """See `emitters.light.Lobe`."""
+        up = self.rows[2]
+        return np.asarray(~(dot(up, toward) <= -np.asarray(size) * np.sqrt(dot(up, up))))
+
+    def take(self, index: Numbers) -> LampLobe:
+        """Those of the hits `index`."""
+        first, second, third = (take(row, index) for row in self.rows)
+        return LampLobe((first, second, third), take(self.weight, index))
 
 
 @dataclass(frozen=True, eq=False)

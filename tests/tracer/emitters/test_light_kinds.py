@@ -164,6 +164,12 @@ class Cosine:
     def untransformed(self, a):
         return a
 
+    def reaches(self, toward, size):
+        return ~(toward[2] <= -np.asarray(size))
+
+    def take(self, _index):
+        return self
+
 
 # ------------------------------------------------------------------------------------------------ what all promise
 

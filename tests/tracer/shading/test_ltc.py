@@ -11,10 +11,11 @@ import pytest
 
 from hybrid_addon.scene import AreaLight, PointLight, SunLight
 from hybrid_addon.tracer.core.constants import MIRROR_ROUGHNESS
+from hybrid_addon.tracer.core.vectors import dot, normalize
 from hybrid_addon.tracer.emitters.form_factors import ball_form_factor, ellipse_form_factor
 from hybrid_addon.tracer.emitters.lights import compile_lights
 from hybrid_addon.tracer.materials.principled import masking
-from hybrid_addon.tracer.shading.ltc import ggx_lobe
+from hybrid_addon.tracer.shading.ltc import BrushedLobe, Lobe, ggx_lobe
 from hybrid_addon.tracer.shading.scattering import reflect
 
 UP = np.array([[0.0], [0.0], [1.0]], np.float32)
@@ -193,3 +194,40 @@ def test_a_sun_does_not_come_nearer_in_a_large_scene():
     lobe = ggx_lobe(eye(0.8), UP, np.array([0.3], np.float32))
     near, far = (sun.highlight(np.zeros((3, 1), np.float32), UP, lobe, np.float32([d]))[0] for d in (0, 50))
     assert near == far > 0
+
+
+def lobes(n, rng):
+    """Round and brushed ones of surfaces of normal +Z, seen from all sides."""
+    wo = normalize(np.stack([*rng.normal(size=(2, n)), rng.uniform(0.05, 2, n)])).astype(np.float32)
+    normals, roughness = np.repeat(UP, n, axis=1), rng.uniform(0.1, 1, n).astype(np.float32)
+    ways = np.repeat(np.float32([[1], [0], [0]]), n, axis=1), np.full(n, 2.0, np.float32)
+    yield ggx_lobe(wo, normals, roughness)
+    yield BrushedLobe(wo, normals, roughness, ways).towards(np.repeat(np.float32([[0.6], [0.0], [0.8]]), n, axis=1))
+
+
+def test_lamps_below_the_horizon_of_a_lobe_are_not_asked_and_bring_nothing():
+    """An exact one: a square, clipped at the horizon."""
+    n = 500
+    lamp = square((2.4, 0.6, 0.5), (0, 0, 0), 0.1)
+    (light,) = compile_lights([lamp], np.zeros(3), np.zeros(1, np.intp))
+    toward = np.repeat(light.position.astype(np.float64), n, axis=1)
+    for lobe in lobes(n, np.random.default_rng(5)):
+        seen, _ = light.lobe_share(lobe, toward, dot(toward, toward))
+        reached = lobe.reaches(toward, light.half_size(toward))
+        assert (20 if isinstance(lobe, Lobe) else -1) < np.count_nonzero(~reached) < n - 20
+        assert not seen[~reached].any()
+        found = light.highlight(np.zeros((3, n), np.float32), np.repeat(UP, n, axis=1), lobe, np.zeros(n, np.float32))
+        np.testing.assert_allclose(found, seen, rtol=1e-5)
+        some = np.array([7, 3, 400])
+        np.testing.assert_array_equal(
+            lobe.take(some).untransformed(toward[:, some]), lobe.untransformed(toward)[:, some]
+        )
+
+
+def test_an_ellipse_that_stands_edge_on_or_around_its_beholder_fills_nothing_or_all():
+    center, axis = columns((0, 0, 2)), columns((1, 0, 0))
+    assert ellipse_form_factor(center, axis, columns((0, 0, 1)))[0] == 0
+    assert ellipse_form_factor(center, 1e6 * axis, columns((0, 1e6, 0)))[0] == pytest.approx(1)
+    # Above the middle of a circle: the squared sine of half its angle, whatever its conjugate axes.
+    turned = columns((0.6, 0.8, 0)), columns((-0.8, 0.6, 0))
+    assert ellipse_form_factor(center, *turned)[0] == pytest.approx(1 / 5)
