@@ -58,8 +58,13 @@ def _generated(b_mesh: bpy.types.Mesh) -> Float32:
     """(nv, 3), 0..1 over the mesh's texture space, before modifiers deformed it; 0.5 along an axis without extent."""
     values = np.zeros(3 * len(b_mesh.vertices), np.float32)
     b_mesh.vertices.foreach_get("undeformed_co", values)
+    return generated_of(b_mesh, values.reshape(-1, 3))
+
+
+def generated_of(b_mesh: bpy.types.Mesh, points: Float32) -> Float32:
+    """(n, 3) generated coordinates of local points (n, 3): where they lie in the mesh's texture space."""
     middle, half = (np.array(v, np.float32) for v in (b_mesh.texspace_location, b_mesh.texspace_size))
-    return (values.reshape(-1, 3) - middle) / (2 * np.where(half != 0, half, np.float32(1))) + np.float32(0.5)
+    return (points - middle) / (2 * np.where(half != 0, half, np.float32(1))) + np.float32(0.5)
 
 
 def _around(b_mesh: bpy.types.Mesh) -> Float32:

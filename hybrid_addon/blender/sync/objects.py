@@ -122,6 +122,7 @@ class Objects:
         settings = instance_settings(b_instance, self._flags)
         surfaces = self._surfaces_of(b_object, settings)
         keys = self._keys(surfaces)
+        self._warn_of_displacement(b_object, surfaces)
         mesh = self._made(
             (b_object.data.as_pointer(), keys, b""), b_object, partial(translate, b_object, keys, self._warn)
         )
@@ -134,7 +135,8 @@ class Objects:
                 settings = instance_settings(b_instance, self._flags)
                 surfaces = self._surfaces_of(b_object, settings)
                 keys = self._keys(surfaces)
-                make = partial(translate_hair, b_object, b_modifier, for_render, subdivided, keys)
+                self._warn_of_displacement(b_object, surfaces)
+                make = partial(translate_hair, b_object, b_modifier, for_render, subdivided, keys, self._warn)
                 mesh = self._made((b_modifier.as_pointer(), keys, b""), b_object, make)
                 self._place(b_instance, settings, surfaces, mesh)
 
@@ -274,6 +276,10 @@ class Objects:
             if b_id is not None and b_id.is_missing:
                 library = b_id.library.filepath if b_id.library else "its library"
                 self._warn.add(f"object {b_object.name!r}: {b_id.name!r} is missing from {library}")
+
+    def _warn_of_displacement(self, b_object: bpy.types.Object, surfaces: tuple[int, ...]) -> None:
+        if any(self._surfaces.moves[index] is not None for index in surfaces):
+            self._warn.add(f"object {b_object.name!r}: its hair, curves or points are not displaced")
 
     def _warn_of_instancer(self, b_instance: bpy.types.DepsgraphObjectInstance, settings: ObjectSettings) -> None:
         if self._flags.is_ray_traced(b_instance.object) and not settings.ray_traced:

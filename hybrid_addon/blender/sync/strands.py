@@ -13,7 +13,8 @@ import bpy
 import numpy as np
 
 from ...scene import Float32, Float64, TriangleMesh
-from .attributes import FIELDS
+from .attributes import FIELDS, generated_of
+from .image_file import srgb_to_linear
 from .messages import Warnings
 from .tubes import Strands, Triangles, balls, smoothed, tubes
 
@@ -40,6 +41,7 @@ def translate_curves(b_object: bpy.types.Object, keys: Iterable[str], warn: Warn
         first=offsets.astype(np.intp),
         source=np.arange(len(b_curves.points), dtype=np.float64),
     )
+    _warn_of_lacking(b_object, keys, warn)
     m = len(offsets) - 1
     kind = _rows(b_curves, "curve_type", 1, m, CATMULL_ROM)[:, 0].astype(int)
     if (kind == NURBS).any():
@@ -58,21 +60,27 @@ def translate_points(b_object: bpy.types.Object, keys: Iterable[str], warn: Warn
     n = len(b_cloud.points)
     if n == 0:
         return None
+    _warn_of_lacking(b_object, keys, warn)
     centers = _rows(b_cloud, "position", 3, n)
     made = balls(centers, _rows(b_cloud, "radius", 1, n, RADIUS)[:, 0])
     data = {key: found for key in keys if (found := _attribute(b_cloud, key, n)) is not None}
+    if "generated" in keys:
+        data["generated"] = _generated(centers)
     data = {key: found[made.point] for key, found in {**dict(_places(centers, keys)), **data}.items()}
     return _as_mesh(b_cloud.name, made, data)
 
 
 def translate_hair(
     b_object: bpy.types.Object, b_modifier: bpy.types.ParticleSystemModifier, for_render: bool, subdivided: int,
-    keys: Iterable[str],
+    keys: Iterable[str], warn: Warnings,
 ) -> TriangleMesh | None:  # fmt: skip
     """The strands of a particle system, in the object's space; None if it has none.
 
     for_render : the depsgraph is a render's, which has all children and steps.
     subdivided : `RenderSettings.hair_subdiv`.
+
+    A strand has the emitter's UV maps, colours (of corners, in bytes) and generated coordinates where it begins, as in
+    EEVEE (`attr_load_orco` in eevee_attributes_curves_lib.glsl, draw_cache_impl_particles.cc).
     """
     b_system = b_modifier.particle_system
     b_settings = b_system.settings
@@ -95,9 +103,14 @@ def translate_hair(
     )
     strands = smoothed(given, np.full(m, 1 << subdivided), np.zeros(m, bool))
     data: dict[str, Float32] = dict(_strand_data(strands, keys))
-    root_uv = [key for key in keys if key.startswith("uv:")]
-    for key in root_uv:
-        data[key] = _root_uvs(b_object, b_modifier, numbers, key.removeprefix("uv:"))[strands.strand]
+    if "generated" in keys:
+        data["generated"] = generated_of(b_object.data, strands.points[strands.first[:-1]])[strands.strand]
+    for key in keys:
+        kind, _, name = key.partition(":")
+        if kind == "uv":
+            data[key] = _root_uvs(b_object, b_modifier, numbers, name)[strands.strand]
+        elif kind == "color" and name:
+            data[key] = _root_colors(b_object, b_modifier, numbers, name, warn)[strands.strand]
     return _mesh(b_object, b_system.name, strands, tubes(strands), data, b_settings.material - 1)
 
 
@@ -153,6 +166,37 @@ def _root_uvs(
     return np.array([tuple(uv)[:2] for uv in found], np.float32)
 
 
+def _root_colors(
+    b_object: bpy.types.Object,
+    b_modifier: bpy.types.ParticleSystemModifier,
+    numbers: range,
+    name: str,
+    warn: Warnings,
+) -> Float32:
+    """(m, 4): the emitter's colour where each strand begins; black where EEVEE has none for hair."""
+    b_system, result = b_modifier.particle_system, np.zeros((len(numbers), 4), np.float32)
+    layers = [b for b in b_object.data.attributes if (b.data_type, b.domain) == ("BYTE_COLOR", "CORNER")]
+    layer = next((i for i, b_layer in enumerate(layers) if b_layer.name == name), None)
+    if layer is None:
+        if name in b_object.data.attributes:
+            warn.add(
+                f"object {b_object.name!r}: hair has no attribute {name!r}, and is black there: only colours of face "
+                "corners, in bytes, reach it"
+            )
+        return result
+    alpha = np.zeros(4 * len(layers[layer].data), np.float32)
+    layers[layer].data.foreach_get("color", alpha)
+    if (alpha[3::4] != 1).any():
+        warn.add(f"object {b_object.name!r}: the alpha of attribute {name!r} is 1 for its hair")
+    parents = list(b_system.particles)
+    found = [
+        b_system.mcol_on_emitter(b_modifier, particle=parents[min(n, len(parents) - 1)], particle_no=n, vcol_no=layer)
+        for n in numbers
+    ]
+    result[:, :3], result[:, 3] = srgb_to_linear(np.array([tuple(color) for color in found], np.float32)), 1
+    return result
+
+
 # ------------------------------------------------------------------------------------------------ data
 
 
@@ -161,6 +205,8 @@ def _curve_data(
 ) -> Iterator[tuple[str, Float32]]:
     """(n, width) float32 of the strands' points."""
     yield from _strand_data(strands, keys)
+    if "generated" in keys:
+        yield "generated", _generated(strands.points[strands.first[:-1]])[strands.strand]
     n, m = len(given.points), len(given.first) - 1
     low = np.floor(strands.source).astype(np.intp)
     high, t = np.minimum(low + 1, n - 1), (strands.source - low)[:, None]
@@ -191,18 +237,22 @@ def _strand_data(strands: Strands, keys: Iterable[str]) -> Iterator[tuple[str, F
 
 
 def _places(points: Float32, keys: Iterable[str]) -> Iterator[tuple[str, Float32]]:
-    """(n, 3) local coordinates, and generated ones: 0..1 over the bounds."""
+    """(n, 3) local coordinates."""
     if "object" in keys:
         yield "object", points
-    if "generated" in keys:
-        low, high = points.min(axis=0), points.max(axis=0)
-        yield "generated", ((points - low) / np.where(high > low, high - low, 1)).astype(np.float32)
+
+
+def _generated(points: Float32) -> Float32:
+    """(n, 3) of curves and points, which have no texture space of their own: 0..1 for -1 m..1 m."""
+    return points * np.float32(0.5) + np.float32(0.5)
 
 
 def _attribute(b_data: bpy.types.ID, key: str, count: int, domain: str = "POINT") -> Float32 | None:
     """(count, width) of what a material's key asks for; None: there is none on that domain."""
     kind, _, name = key.partition(":")
-    name = name or {"uv": "surface_uv_coordinate"}.get(kind, "")
+    if kind == "uv" and not name:  # the first there is (of hair on a surface its place on that)
+        places = (b for b in b_data.attributes if (b.data_type, b.domain) == ("FLOAT2", domain))
+        name = next((b_place.name for b_place in places), "")
     b_attribute = b_data.attributes.get(name) if kind in ("uv", "color") and name else None
     if b_attribute is None or b_attribute.data_type not in FIELDS or b_attribute.domain != domain:
         return None
@@ -216,6 +266,14 @@ def _attribute(b_data: bpy.types.ID, key: str, count: int, domain: str = "POINT"
     full[:, :3] = rows if width == 1 else 0
     full[:, :width] = rows if width > 1 else full[:, :1]
     return full
+
+
+def _warn_of_lacking(b_object: bpy.types.Object, keys: Iterable[str], warn: Warnings) -> None:
+    """Name what a material asks and the curves or points have not: it is 0 there, as in EEVEE."""
+    for key in sorted(keys):
+        kind, _, name = key.partition(":")
+        if kind in ("uv", "color") and name and name not in b_object.data.attributes:
+            warn.add(f"object {b_object.name!r} has no attribute {name!r} for its material, which is black there")
 
 
 def _rows(b_data: bpy.types.ID, name: str, width: int, count: int, default: float = 0.0) -> Float32:

@@ -147,6 +147,31 @@ def test_curves_objects_arrive_with_radius_and_strand_data(scene):
     assert result.warnings == () or all("Strand" in line for line in result.warnings)
 
 
+def test_curves_have_generated_coordinates_of_where_they_begin_and_their_first_uv_map(scene):
+    """As EEVEE draws them; what they have not is named."""
+    b_curves = bpy.data.hair_curves.new("Strands")
+    b_curves.add_curves([2, 2])
+    places = np.array([(0, 0, 0), (0, 0, 1), (1, 0, 0), (1, 0.5, 1)], np.float32)
+    b_curves.attributes["position"].data.foreach_set("vector", places.ravel())
+    b_places = b_curves.attributes.new("surface_uv_coordinate", "FLOAT2", "CURVE")
+    b_places.data.foreach_set("vector", np.array([0.25, 0.75, 0.5, 0.5], np.float32))
+    b_object = bpy.data.objects.new("Strands", b_curves)
+    scene.collection.objects.link(b_object)
+    ask(b_object, "ShaderNodeTexCoord", "Generated")
+    found = mesh_of(translated(scene), "Strands")[0].attributes["generated"]
+    assert {tuple(row) for row in found.tolist()} == {(0.5, 0.5, 0.5), (1.0, 0.5, 0.5)}
+    ask(b_object, "ShaderNodeTexCoord", "UV")
+    found = mesh_of(translated(scene), "Strands")[0].uv_maps[""]
+    assert {tuple(row) for row in found.tolist()} == {(0.25, 0.75), (0.5, 0.5)}
+    b_points = b_curves.attributes.new("Map", "FLOAT2", "POINT")
+    b_points.data.foreach_set("vector", np.full(8, 0.125, np.float32))
+    b_object.update_tag()
+    b_curves.update_tag()
+    assert set(mesh_of(translated(scene), "Strands")[0].uv_maps[""].ravel().tolist()) == {0.125}
+    ask(b_object, "ShaderNodeAttribute", "Color", attribute_name="None")
+    assert [line for line in translated(scene).warnings if "has no attribute 'None'" in line]
+
+
 def hairy(scene, **settings):
     """A plane of 2 m with straight hair along +Z."""
     bpy.data.objects.remove(bpy.data.objects["Cube"])
@@ -195,6 +220,62 @@ def test_children_replace_their_parents_and_smoothing_cuts_strands_finer(scene):
     assert len(of_hair(scene).vertices) == children * 5 * 12
     scene.render.hair_subdiv = 1
     assert len(of_hair(scene).vertices) == children * 9 * 12
+
+
+def ask(b_object, kind, output, **settings):
+    """Have the first material of an object show the output of a node."""
+    b_material = bpy.data.materials.new("Asks")
+    if b_material.node_tree is None:
+        b_material.use_nodes = True
+    b_tree = b_material.node_tree
+    b_node = b_tree.nodes.new(kind)
+    for name, value in settings.items():
+        setattr(b_node, name, value)
+    b_tree.links.new(b_node.outputs[output], b_tree.nodes["Principled BSDF"].inputs["Base Color"])
+    b_object.data.materials.clear()
+    b_object.data.materials.append(b_material)
+
+
+@pytest.mark.parametrize("child_type", ["NONE", "INTERPOLATED"])
+def test_hair_has_colours_and_generated_coordinates_of_where_it_begins(scene, child_type):
+    """A plane whose red grows along x; EEVEE has colours of corners in bytes alone, without gamma, for hair."""
+    b_plane = hairy(scene, child_type=child_type)
+    b_mesh = b_plane.data
+    b_color = b_mesh.color_attributes.new("Tint", "BYTE_COLOR", "CORNER")
+    for b_loop, b_item in zip(b_mesh.loops, b_color.data, strict=True):
+        b_item.color = (float(b_mesh.vertices[b_loop.vertex_index].co.x > 0), 0.2, 0.5, 1)
+    b_mesh.attributes.new("Weight", "FLOAT", "POINT")
+    ask(b_plane, "ShaderNodeAttribute", "Color", attribute_name="Tint")
+    mesh = of_hair(scene)
+    color = mesh.attributes["color:Tint"]
+    assert color[:, 1:] == pytest.approx(np.full((len(color), 3), (0.2, 0.5, 1)), abs=0.01)
+    x = mesh.vertices[mesh.triangles.reshape(-1), 0]
+    red = color[mesh.corners.reshape(-1), 0]
+    assert np.corrcoef(x, red)[0, 1] > 0.9
+    assert not [line for line in translated(scene).warnings if "Tint" in line]
+    ask(b_plane, "ShaderNodeTexCoord", "Generated")
+    mesh = of_hair(scene)
+    assert mesh.attributes["generated"][:, 2] == pytest.approx(0.5)  # of roots, which are all on the plane
+    assert np.abs(mesh.attributes["generated"][mesh.corners.reshape(-1), 0] - (x + 1) / 2).max() < 0.1
+    ask(b_plane, "ShaderNodeAttribute", "Fac", attribute_name="Weight")
+    assert not of_hair(scene).attributes.get("color:Weight", np.zeros(1)).any()
+    assert [line for line in translated(scene).warnings if "hair has no attribute 'Weight'" in line]
+
+
+def test_hair_that_would_be_displaced_is_named(scene):
+    b_plane = hairy(scene)
+    ask(b_plane, "ShaderNodeTexCoord", "Generated")
+    b_material, b_tree = b_plane.active_material, b_plane.active_material.node_tree
+    b_node = b_tree.nodes.new("ShaderNodeDisplacement")
+    b_tree.links.new(b_node.outputs[0], b_tree.nodes["Material Output"].inputs["Displacement"])
+    b_node.inputs["Height"].default_value = 1.0
+
+    def named():
+        return [line for line in translated(scene).warnings if "not displaced" in line]
+
+    assert not named()  # Bump Only
+    b_material.displacement_method = "DISPLACEMENT"
+    assert len(named()) == 1
 
 
 def test_hair_without_a_strand_drawn_is_left_out(scene):
