@@ -49,6 +49,9 @@ first-picture: venv  ## EEVEE, Hybrid at its defaults and Cycles on 15 scenes: b
 materials: venv  ## Forty materials by EEVEE, Hybrid and Cycles: sheets and a table in build/materials (ARGS="--only 2")
 	$(RUN) -m tools.material_library $(ARGS)
 
+assets: venv  ## Make the asset library of the extension anew (with Blender 4.5's Python: VENV=.venv311)
+	$(RUN) -m tools.asset_library
+
 lint: venv  ## Style, banned imports, types
 	$(RUN) -m ruff check
 	$(RUN) -m ruff format --check
@@ -77,4 +80,4 @@ clean:  ## Remove what was built and rendered (not $(VENV))
 	rm -rf build dist wheels demo .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find hybrid_addon tests tools -name __pycache__ -prune -exec rm -rf {} +
 
-.PHONY: help demo test test-real pictures pages docs stability bench first-picture materials lint format extension extension-local wheels venv clean
+.PHONY: help demo test test-real pictures pages docs stability bench first-picture materials assets lint format extension extension-local wheels venv clean

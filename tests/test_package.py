@@ -17,7 +17,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 MANIFEST = tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))
 TOP = {"blender_manifest.toml", "__init__.py", "LICENSE"}
-SUFFIXES = {".py", ".html", ".npy", ".typed"}
+SUFFIXES = {".py", ".html", ".npy", ".typed", ".blend", ".txt"}
 
 
 @pytest.fixture(scope="module")

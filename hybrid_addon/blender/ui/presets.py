@@ -3,38 +3,83 @@
 
 # No `from __future__ import annotations` here: Blender reads operator properties from the annotations themselves.
 
+from pathlib import Path
+
 import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
+from bpy.app.translations import pgettext_n as n_
 
 from ...presets import QUALITY
-from ..api import GEOMETRY, mark
+from ..api import GEOMETRY
 from . import messages
+from .translations import iface
 
-# name: (reflectivity, opacity, ior, dispersion, tooltip). IOR of glass and water at 589 nm, 20 C; of diamond 2.417,
-# Abbe number 55.
+ASSETS = Path(__file__).parents[2] / "assets"
+"""Folder of the asset library that comes with the add-on (tools/asset_library.py makes it)."""
+
+LIBRARY = ASSETS / "hybrid_assets.blend"
+
+# key: (the material's name there, tooltip)
 SURFACES = {
-    "MIRROR": ("Mirror", 1.0, 1.0, 1.5, 0.0, "Reflects everything"),
-    "GLASS": ("Glass", 0.0, 0.0, 1.5, 0.0, "Clear glass: IOR 1.5"),
-    "WATER": ("Water", 0.0, 0.0, 1.333, 0.0, "Clear water: IOR 1.333"),
-    "DIAMOND": ("Diamond", 0.0, 0.0, 2.417, 0.362, "Diamond: IOR 2.417, and its fire (Abbe number 55)"),
+    "MIRROR": (n_("Mirror"), n_("Silver, as behind the glass of a mirror")),
+    "CHROME": (n_("Chrome"), n_("Polished chrome: reflectance measured")),
+    "GOLD": (n_("Gold"), n_("Polished gold: reflectance measured")),
+    "COPPER": (n_("Copper"), n_("Polished copper: reflectance measured")),
+    "GLASS": (n_("Glass"), n_("Clear crown glass: IOR 1.517, Abbe number 64")),
+    "WINDOW": (n_("Window"), n_("Float glass: IOR 1.52, a little green at its edge")),
+    "FROSTED": (n_("Frosted"), n_("Etched glass: IOR 1.517, roughness 0.35")),
+    "WATER": (n_("Water"), n_("Clear water: IOR 1.333, blue in metres of it")),
+    "ICE": (n_("Ice"), n_("Clear ice: IOR 1.309")),
+    "DIAMOND": (n_("Diamond"), n_("Diamond: IOR 2.417, and its fire (Abbe number 55)")),
+    "RUBY": (n_("Ruby"), n_("Ruby: IOR 1.766, red for a stone of 1 cm")),
+    "CAR_PAINT": (n_("Car Paint"), n_("Red paint under a clear coat")),
 }
+
+
+def preset_material(name: str) -> bpy.types.Material:
+    """The material of this name from the asset library, appended; the one that is in the file already, if it is."""
+    before = set(bpy.data.materials)
+    bpy.ops.wm.append(directory=f"{LIBRARY.as_posix()}/Material/", filename=name, do_reuse_local_id=True)
+    new = set(bpy.data.materials) - before
+    if new:
+        return new.pop()
+    return next(b_material for b_material in bpy.data.materials if _is_from_library(b_material, name))
+
+
+def _is_from_library(b_material: bpy.types.Material, name: str) -> bool:
+    origin = b_material.library_weak_reference
+    return origin is not None and origin.id_name == f"MA{name}" and Path(origin.filepath).name == LIBRARY.name
+
+
+def _wear(b_object: bpy.types.Object, b_material: bpy.types.Material) -> bool:
+    """Put the material into the object's active slot; False if it can have none."""
+    if b_object.material_slots:
+        b_slot = b_object.material_slots[b_object.active_material_index]
+        if b_object.data.library is not None:
+            b_slot.link = "OBJECT"
+        b_slot.material = b_material
+        return True
+    if not hasattr(b_object.data, "materials") or b_object.data.library is not None:
+        return False
+    b_object.data.materials.append(b_material)
+    return True
 
 
 class HYBRID_OT_surface_preset(bpy.types.Operator):
     bl_idname = "hybrid.surface_preset"
     bl_label = "Surface Preset"
-    bl_description = "Make the selected objects ray traced, with the values of a common surface"
+    bl_description = "Make the selected objects ray traced, with a common material in their active slot"
     bl_options = {"REGISTER", "UNDO"}
 
     preset: bpy.props.EnumProperty(  # type: ignore[valid-type]
         name="Preset",
-        items=[(key, name, tooltip) for key, (name, *_, tooltip) in SURFACES.items()],
+        items=[(key, name, tooltip) for key, (name, tooltip) in SURFACES.items()],
     )
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
-        return SURFACES[properties.preset][-1]
+        return iface(SURFACES[properties.preset][1])
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -44,15 +89,36 @@ class HYBRID_OT_surface_preset(bpy.types.Operator):
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        _, reflectivity, opacity, ior, dispersion, _ = SURFACES[self.preset]
-        chosen = {context.object, *context.selected_objects}
+        b_material = preset_material(SURFACES[self.preset][0])
+        chosen = [ob for ob in {context.object, *context.selected_objects} if ob.type in GEOMETRY and not ob.library]
         first = messages.is_first(context.scene)
         for b_object in chosen:
-            if b_object.type in GEOMETRY and b_object.library is None:
-                mark(b_object, reflectivity=reflectivity, opacity=opacity, ior=ior, dispersion=dispersion)
+            if not _wear(b_object, b_material):
+                self.report({"WARNING"}, iface("{} can wear no material").format(b_object.name))
+                continue
+            b_object.hybrid.dispersion, b_object.hybrid.surface = 0.0, "MATERIAL"
+            b_object.hybrid.ray_traced = True
         if first:
             messages.switch_on(context.scene)
         return {"FINISHED"}
+
+
+class HYBRID_OT_add_asset_library(bpy.types.Operator):
+    bl_idname = "hybrid.add_asset_library"
+    bl_label = "Add Asset Library"
+    bl_description = "Show the materials and light rigs of the add-on (CC0) in the Asset Browser"
+    bl_options = {"REGISTER", "INTERNAL"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        if not has_asset_library(context):
+            context.preferences.filepaths.asset_libraries.new(name="Hybrid", directory=str(ASSETS))
+        self.report({"INFO"}, iface("Materials and light rigs are in the Asset Browser: library Hybrid"))
+        return {"FINISHED"}
+
+
+def has_asset_library(context: bpy.types.Context) -> bool:
+    """Whether Blender shows our library."""
+    return any(Path(library.path) == ASSETS for library in context.preferences.filepaths.asset_libraries)
 
 
 class HYBRID_OT_quality_preset(bpy.types.Operator):
@@ -68,7 +134,7 @@ class HYBRID_OT_quality_preset(bpy.types.Operator):
 
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
-        return QUALITY[properties.preset][1]
+        return iface(QUALITY[properties.preset][1])
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         for name, value in QUALITY[self.preset][2].values().items():
@@ -104,6 +170,12 @@ class HYBRID_PT_surface_presets(OurPresets, bpy.types.Panel):
     preset_operator = "script.execute_preset"
     preset_add_operator = "hybrid.surface_preset_add"
 
+    def draw(self, context: bpy.types.Context) -> None:
+        super().draw(context)
+        if not has_asset_library(context):
+            self.layout.separator()
+            self.layout.operator("hybrid.add_asset_library", icon="ASSET_MANAGER")
+
 
 class HYBRID_OT_quality_preset_add(AddPresetBase, bpy.types.Operator):
     bl_idname = "hybrid.quality_preset_add"
@@ -129,6 +201,7 @@ class HYBRID_OT_surface_preset_add(AddPresetBase, bpy.types.Operator):
 
 CLASSES = (
     HYBRID_OT_surface_preset,
+    HYBRID_OT_add_asset_library,
     HYBRID_OT_quality_preset,
     HYBRID_OT_quality_preset_add,
     HYBRID_OT_surface_preset_add,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import pytest
@@ -15,6 +16,8 @@ import pytest
 import hybrid_addon
 from hybrid_addon.blender import registration
 from hybrid_addon.blender.ui import layout, translations
+from hybrid_addon.blender.ui.translations.german import GERMAN
+from hybrid_addon.blender.ui.translations.german_messages import MESSAGES
 
 pytestmark = pytest.mark.blender
 FOLDER = Path(hybrid_addon.__file__).parent / "blender"
@@ -57,3 +60,28 @@ def test_what_is_filled_in_is_the_same_in_each_language(locale):
         assert own.strip() == own and own
         assert re.findall(r"\{[^}]*\}", english) == re.findall(r"\{[^}]*\}", own)
         assert not own.endswith(".") and not english.endswith(".")
+
+
+def test_warnings_are_told_in_the_language_too(monkeypatch):
+    app = SimpleNamespace(translations=SimpleNamespace(locale="de_DE"))
+    monkeypatch.setattr(translations, "bpy", SimpleNamespace(app=app))
+    monkeypatch.setattr(translations, "words", lambda: GERMAN)
+    rough = "it shows the world blurred, but no objects: its roughness of 0.3 is not traced"
+    told = translations.sentence(f"material 'A: b', 2 things: {rough} (set Rough Samples to 1 or more); something new")
+    assert told.startswith("Material 'A: b', 2 things: zeigt die Welt verschwommen") and "Rauheit von 0.3" in told
+    assert told.endswith("something new")
+    assert translations.sentence("scene 'S' has no camera: add one and make it the active camera").startswith(
+        "Szene 'S' hat"
+    )
+    assert translations.sentence("a line of none") == "A line of none"
+
+
+def test_templates_are_what_the_code_says():
+    """What differs in a template stands between braces in the code, too: each part of it is found there."""
+    source = " ".join(
+        path.read_text(encoding="utf-8") for path in FOLDER.parent.rglob("*.py") if "german" not in path.name
+    )
+    source = re.sub(r'"\s*f?"', "", source)  # literals that go on in the next line
+    for template in MESSAGES:
+        for part in template.split("{}"):
+            assert part.strip(" :'()%;,") in source, template

@@ -3,17 +3,25 @@
 
 Blender looks up names, labels and descriptions by itself; what is put together from parts goes through `pgettext_iface`
 or `pgettext_rpt` where it is written, or through `iface` where our own word is shorter than Blender's for the same. To
-add a language: a module like german.py with WORDS and MESSAGES, and a line in LANGUAGES and in SENTENCES.
+add a language: modules like german*.py, and a line in LANGUAGES and in SENTENCES.
 """
 
 from __future__ import annotations
 
+import re
+from functools import cache
+
 import bpy
 
 from .german import GERMAN
+from .german_messages import MESSAGES
+from .german_presets import PRESETS
 
-LANGUAGES = {"de_DE": GERMAN}
+LANGUAGES = {"de_DE": {**GERMAN, **PRESETS}}
 """Words, names, tooltips: English -> the language's own."""
+
+SENTENCES = {"de_DE": MESSAGES}
+"""Warnings and errors: templates, in which {} stands for what differs."""
 
 
 CONTEXT = "Hybrid"
@@ -34,7 +42,34 @@ def iface(text: str) -> str:
 
 def sentence(text: str) -> str:
     """What the tracer or the translator says of a scene, in the user's language, with a capital letter."""
+    text = _translated(text)
     return text[:1].upper() + text[1:]
+
+
+def _translated(text: str) -> str:
+    """By the first template that fits; of several things of one owner each by itself."""
+    if not words() or bpy.app.translations.locale not in SENTENCES:
+        return text
+    for pattern, own in _patterns(bpy.app.translations.locale):
+        found = pattern.fullmatch(text)
+        if found is not None:
+            return own.format(*found.groups())
+    owned = OWNED.fullmatch(text)
+    if owned is not None:
+        return f"{owned[1]}: {_translated(owned[2])}"
+    parts = text.split("; ")
+    return "; ".join(map(_translated, parts)) if len(parts) > 1 else text
+
+
+OWNED = re.compile(r"""(\w+ (?:'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")(?:, \d+ things)?): (.+)""")
+"""What is to be said of one datablock begins with its kind and its name, as repr() writes it."""
+
+
+@cache
+def _patterns(locale: str) -> tuple[tuple[re.Pattern[str], str], ...]:
+    """Of each template what fits it, the longest first: a general one is tried last."""
+    templates = sorted(SENTENCES[locale], key=len, reverse=True)
+    return tuple((re.compile("(.+?)".join(map(re.escape, t.split("{}")))), SENTENCES[locale][t]) for t in templates)
 
 
 def register() -> None:

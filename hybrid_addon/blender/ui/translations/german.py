@@ -54,15 +54,12 @@ GERMAN = {
     # presets, menus, operators
     "Surface Preset": "Oberflächenvorgabe",
     "Surface Presets": "Oberflächenvorgaben",
-    "Make the selected objects ray traced, with the values of a common surface": (
-        "Raytracing für die ausgewählten Objekte, mit den Werten einer gängigen Oberfläche"
+    "Make the selected objects ray traced, with a common material in their active slot": (
+        "Raytracing für die ausgewählten Objekte, mit einem gängigen Material im aktiven Slot"
     ),
     "Mirror": "Spiegel",
-    "Reflects everything": "Spiegelt alles",
     "Glass": "Glas",
-    "Clear glass: IOR 1.5": "Klares Glas: IOR 1,5",
     "Water": "Wasser",
-    "Clear water: IOR 1.333": "Klares Wasser: IOR 1,333",
     "Diamond": "Diamant",
     "Diamond: IOR 2.417, and its fire (Abbe number 55)": "Diamant: IOR 2,417, und sein Feuer (Abbe-Zahl 55)",
     "Quality Preset": "Qualitätsvorgabe",
