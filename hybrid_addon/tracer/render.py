@@ -20,6 +20,7 @@ from .core.stats import Stats
 from .film import ended_rays
 from .film.picture import ResolvedImage
 from .film.samples import SEEN_THROUGH, wanted_aovs
+from .film.so_far import Show
 from .kernels import loading
 from .parallel.pool import zeros_for
 from .prepare.compiled import CompiledScene
@@ -65,6 +66,7 @@ def trace(
     progress: Progress | None = None,
     deadline: float = math.inf,
     cache: SceneCache | None = None,
+    show: Show | None = None,
 ) -> Film:
     """Trace a scene over its camera's window.
 
@@ -74,6 +76,8 @@ def trace(
     progress : called on this thread with the fraction done, about every 0.1 s; returning False cancels.
     deadline : on time.perf_counter's clock; what is not traced by then is given up: `schedule`, and `skipped` says so.
     cache    : of earlier frames; what has not changed since the last one is not prepared again.
+    show     : called on this thread, about every 0.1 s, with a function that makes the picture so far. A picture that
+               takes seconds then goes from coarse to fine, and in the end has the same bits.
 
     Raises ValueError for scenes that cannot be traced, NotEnoughMemory before anything is built of one that does not
     fit, Cancelled if progress says so.
@@ -85,7 +89,7 @@ def trace(
     with building.phase("build"):
         compiled = _compiled(scene, settings, mask, cache)
     try:
-        film = _render(compiled, mask, progress, deadline, building)
+        film = _render(compiled, mask, progress, deadline, building, show)
         return replace(film, memory=taken(scene, compiled.geometry, _arrays(film)))
     finally:
         if cache is not None:
@@ -112,13 +116,19 @@ def trace_compiled(
     mask: Float32 | None = None,
     progress: Progress | None = None,
     deadline: float = math.inf,
+    show: Show | None = None,
 ) -> Film:
     """The same, for a scene that has been prepared before: `CompiledScene(scene, settings)` of a validated scene."""
-    return _render(compiled, mask, progress, deadline, Stats())
+    return _render(compiled, mask, progress, deadline, Stats(), show)
 
 
 def _render(
-    scene: CompiledScene, mask: Float32 | None, progress: Progress | None, deadline: float, building: Stats
+    scene: CompiledScene,
+    mask: Float32 | None,
+    progress: Progress | None,
+    deadline: float,
+    building: Stats,
+    show: Show | None,
 ) -> Film:
     """Trace all wanted pixels, fill those that no sample hit, and develop. building: what preparing the scene took."""
     loading.begin(after=loading.PATIENCE)
@@ -148,7 +158,7 @@ def _render(
     wanted, developing, sampled = None if mask is None else mask != 0, 0.0, []
     for strip in strips_of(shape[1], shape[0], wanted):
         until = strip.deadline(deadline, time.perf_counter())
-        with Passes(shadowed, strip.reports(progress), wanted, strip.rows, until, image) as passes:
+        with Passes(shadowed, strip.reports(progress), wanted, strip.rows, until, image, show) as passes:
             sampling, seconds = _trace_strip(passes, mask)
         sampled.append((len(passes.grid.inside()), sampling))
         stats.merge(passes.stats)

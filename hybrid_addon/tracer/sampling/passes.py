@@ -12,6 +12,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ from ..film.path_hash import Signatures, identities
 from ..film.picture import ResolvedImage
 from ..film.pixels import PixelBuffer
 from ..film.samples import BRANCHES, SampleBuffer, wanted_aovs
+from ..film.so_far import Show, so_far
 from ..geometry.aggregate import PrimitiveSet
 from ..integrator.whitted import trace_rays
 from ..parallel.pool import FEWEST, Task, WorkerPool, wanted_workers, workers, zeros_for
@@ -88,10 +90,12 @@ class Passes:
         rows: slice | None = None,
         deadline: float = math.inf,
         image: ResolvedImage | None = None,
+        show: Show | None = None,
     ) -> None:
-        """rows: of the window, those of the strip; None: all. deadline: on time.perf_counter's clock."""
+        """rows: of the window, those of the strip; None: all. deadline: on time.perf_counter's clock. show: told often
+        that there is more of the picture."""
         self.scene, self.settings = scene, scene.settings
-        self.progress, self.fraction = progress, 0.0
+        self.progress, self.fraction, self.show = progress, 0.0, show
         self.adaptive = self.settings.adaptive > 0 and self.settings.samples > FIRST_SAMPLES
         self.filter = PixelFilter(
             self.settings.filter_radius, self.settings.seed, self.settings.samples > 1, self.settings.first
@@ -102,6 +106,7 @@ class Passes:
         self.image = image
         self.stats = Stats()
         self.speed = 0.0  # camera rays a second of each thread or process, in the last pass
+        self.overhead = 0.0  # seconds of a pass of few rays; 0: not known, nobody asks
         self.pool = WorkerPool(self.settings)
         self._identity = identities(scene.geometry) if self.settings.adaptive > 0 else None
         self._board = zeros((len(self.grid),), np.int32)
@@ -112,6 +117,13 @@ class Passes:
     def hurries(self) -> bool:
         """There is a deadline."""
         return self.deadline < math.inf
+
+    @property
+    def grows(self) -> bool:
+        """Somebody looks on, and it takes so long that a coarse picture first is worth its own waves."""
+        rays = len(self.grid) * self.settings.samples
+        speed = tiles.guessed_speed(self.scene.plan.refraction) * workers(self.settings)
+        return self.show is not None and rays > tiles.WORTH_GROWING * speed
 
     def run(self, pixels: Pixels, work: Pass, until: float, deadline: float = math.inf) -> bool:
         """Work through pixels tile by tile; whether all were done before the deadline.
@@ -131,6 +143,8 @@ class Passes:
         # On what: tiles, put on the board.
         left = deadline if deadline == math.inf else deadline - time.perf_counter()
         longest, smallest = tiles.longest_tile(left, self.speed), tiles.smallest_tile(forked, speed)
+        if self.overhead:
+            longest = min(longest, max(int(self.overhead / tiles.DEAREST_SHOW * speed), tiles.SHORT_TILE))
         dealt = tiles.deal(pixels, work.count, threads, longest, smallest)
         tasks = self._tasks(dealt, kind, work, deadline)
 
@@ -166,6 +180,9 @@ class Passes:
         if self.progress is not None and self.progress(fraction) is False:
             self.pool.stop.set()
             raise Cancelled("tracing was cancelled")
+        if self.show is not None and self.image is not None:
+            x0, y0, x1, y1 = self.scene.camera.window
+            self.show(partial(so_far, self.image, self.pixel_buffer, (y1 - y0, x1 - x0)))
 
     def _kind(self, seen: PrimitiveSet) -> int:
         """The kind of the tasks in which camera rays see this."""

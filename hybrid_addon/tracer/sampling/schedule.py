@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which passes a picture takes: all samples at once, where they are needed, or as many as there is time for.
 
+While somebody looks on at a long picture, it goes from coarse to fine, too, and has the same bits in the end.
+
 Against a deadline the passes are short and go from coarse to fine: one sample of every 8th pixel across and up, then of
 every 4th, of every 2nd, of all; then 2, 4, 8, ... samples. So what is given up for want of time is, in this order,
 samples, then resolution. Bounces and the cutoff never are: a coarse picture is better than a black glass. Time that is
@@ -19,9 +21,10 @@ from ...scene import Float32
 from ..core.constants import COARSEST, FIRST_SAMPLES, SAMPLING_SLOPE
 from ..core.vectors import evenly
 from ..film.pixels import ESTIMATED, SEEN, neighbours_rmse
+from ..parallel.pool import wanted_workers
 from .adaptive import Audit, choose, looks, unsettled
 from .passes import Pass, Passes
-from .tiles import Pixels
+from .tiles import DEAREST_SHOW, Pixels
 
 Sampling = dict[str, object]
 """What to expect of the samples: see `scene.Film.sampling`."""
@@ -52,6 +55,8 @@ def take_samples(passes: Passes, weight: Float32 | None) -> tuple[Sampling, Audi
     audit = Audit(pixel_buffer, passes.settings.seed) if passes.adaptive else None
     if passes.hurries:
         taken, in_time = 1, _coarse_to_fine(passes, pixels)
+    elif passes.grows:
+        taken = _coarse_first(passes, pixels)
 
     # As many passes as it takes, or as there is time for.
     while in_time and taken < samples and len(pixels):
@@ -62,10 +67,13 @@ def take_samples(passes: Passes, weight: Float32 | None) -> tuple[Sampling, Audi
         count = next((stop for stop in stops if stop > taken), samples) - taken
         if passes.hurries:
             count = min(count, taken, _affordable(passes) // len(pixels))
+        if passes.overhead and _is_long(passes, len(pixels) * count) and count >= 3 * taken:
+            count = taken  # what follows is as long again: errors are estimated from halves of the samples
         if count == 0:
             _where_it_shows(passes, pixels, taken, weight)
             break
-        in_time = _pass(passes, pixels, taken, count)
+        total = int(pixel_buffer.samples.sum(dtype=np.int64)) + len(pixels) * (samples - taken)
+        in_time = _pass(passes, pixels, taken, count, total)
         taken += count
 
     # What was given up for want of time.
@@ -89,19 +97,39 @@ def _coarse_to_fine(passes: Passes, everything: Pixels) -> bool:
         met = (x % step == 0) & (y % step == 0)
         pixels = everything[met & ~coarser]
         if len(pixels):
-            if not _pass(passes, pixels, 0, 1, deadline):
+            if not _pass(passes, pixels, 0, 1, len(everything) * passes.settings.samples, deadline):
                 return False
             deadline = passes.deadline
         coarser, step = met, step // 2
     return True
 
 
-def _pass(passes: Passes, pixels: Pixels, first: int, count: int, deadline: float | None = None) -> bool:
-    """Take more samples of some pixels; whether there was time for all."""
+def _coarse_first(passes: Passes, everything: Pixels) -> int:
+    """The first samples of all pixels, those of a coarse raster before the others; how many of each."""
+    count, (x, y) = min(FIRST_SAMPLES, passes.settings.samples), passes.grid.at(everything)
+    total, coarse = len(everything) * passes.settings.samples, (x % COARSEST == 0) & (y % COARSEST == 0)
+    began = time.perf_counter()
+    _pass(passes, everything[coarse], 0, count, total)
+    passes.overhead = time.perf_counter() - began
+    _pass(passes, everything[~coarse], 0, count, total)
+    return count
+
+
+def _is_long(passes: Passes, rays: int) -> bool:
+    """Whether so many camera rays take so long that showing half of them first costs little."""
+    return rays * DEAREST_SHOW > passes.overhead * passes.speed * wanted_workers(passes.settings)
+
+
+def _pass(passes: Passes, pixels: Pixels, first: int, count: int, total: int, deadline: float | None = None) -> bool:
+    """Take more samples of some pixels; whether there was time for all.
+
+    total : samples of all pixels, those that are taken included, if no pixel has enough before it has all.
+    """
     samples, signed = passes.settings.samples, passes.adaptive and first < FIRST_SAMPLES
     work = Pass(first, count, passes.scene.seen_by_camera, samples > 1, signed)
-    # Progress is the time that has passed, if it is limited; else each pass takes a half of what is left.
-    until = END if first + count == samples else (passes.fraction + END) / 2
+    # Progress is the time that has passed, if it is limited; else the share of the samples.
+    done = int(passes.pixel_buffer.samples.sum(dtype=np.int64)) + len(pixels) * count
+    until = max(END * min(done / max(total, 1), 1.0), passes.fraction)
     if passes.hurries:
         until = min((time.perf_counter() - passes.began) / max(passes.deadline - passes.began, 1e-9), END)
     return passes.run(pixels, work, until, passes.deadline if deadline is None else deadline)
@@ -120,7 +148,7 @@ def _where_it_shows(passes: Passes, pixels: Pixels, taken: int, weight: Float32 
     number = int(IN_TIME * _affordable(passes))
     if len(pixels) * WORTH_IT < number < len(pixels):
         differs = passes.pixel_buffer.beside_neighbours(weight)[pixels]
-        _pass(passes, np.sort(pixels[np.argpartition(differs, -number)[-number:]]), taken, 1)
+        _pass(passes, np.sort(pixels[np.argpartition(differs, -number)[-number:]]), taken, 1, 0)
 
 
 def _go_on(passes: Passes, pixels: Pixels, taken: int, weight: Float32 | None, audit: Audit) -> Pixels:

@@ -51,6 +51,14 @@ TURN = 0.618
 RUNS = 32
 """For each tile: from so many places of the picture at least."""
 
+WORTH_GROWING = 3.0
+"""Seconds that a picture takes by the guess above, from which on it begins coarse if somebody looks on. The guess is of
+what is cheap: such pictures take longer."""
+
+DEAREST_SHOW = 0.02
+"""Of the time, what may go into showing more of a picture: into waves of few rays at the end of what is traced at once.
+The first coarse raster, which is little else, tells how long these take."""
+
 
 def guessed_speed(refracts: bool) -> float:
     """Camera rays a second of one thread, before any were traced."""
