@@ -44,6 +44,22 @@ class Frame:
     passes: dict[str, Float32] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, eq=False)
+class SoFar:
+    """A render that is not done, or was stopped: what there is to look at meanwhile.
+
+    picture  : (h, w, 3) float32 scene-linear, every so many of its pixels over `window`; None: nothing yet.
+    slot     : of the Render Result that the render goes into.
+    text, fraction : how far it is, for people; 0..1, or None once it is stopped.
+    """
+
+    picture: Float32 | None
+    window: tuple[int, int, int, int]
+    slot: int
+    text: str
+    fraction: float | None
+
+
 def _trees() -> SceneCache:
     from ..tracer import SceneCache  # a missing library must not keep Blender from loading the add-on
 
@@ -112,6 +128,7 @@ class Session:
 
     frame, report  : of the last render; the report stays, for the panel, while the next frame is in work.
     error          : why the last trace failed, in one line; None if it did not.
+    so_far         : of the render that runs, or was stopped; None: there is none, or its picture is complete.
     caches         : for the next render (`caches_of`).
     snapshot       : the scene as it was when its last render began.
     eevee_half     : what a retrace goes over.
@@ -122,6 +139,7 @@ class Session:
     frame: Frame | None = None
     report: dict[str, Any] | None = None
     error: Exception | None = None
+    so_far: SoFar | None = None
     caches: FrameCaches | None = None
     snapshot: Witness | None = None
     eevee_half: EeveeHalf | None = None
@@ -134,8 +152,12 @@ class Session:
 
     def begin_frame(self) -> None:
         """A frame of this scene begins: forget the last one."""
-        self.frame = self.error = self._delivered = None
+        self.frame = self.error = self._delivered = self.so_far = None
         self._start = Clock()
+
+    def fail(self, error: Exception) -> None:
+        """The frame has failed, and why."""
+        self.error, self.so_far = error, None
 
     def since_start(self) -> dict[str, float]:
         """Seconds since the frame began, wall and cpu."""
@@ -163,6 +185,8 @@ class Session:
 
     def end_frame(self) -> None:
         """The frame is complete: add the times that only its end knows."""
+        if self.frame is not None:
+            self.so_far = None
         if self.frame is None or self._delivered is None:
             return
         timing = self.frame.report["time"]
@@ -188,6 +212,11 @@ def of(name: str) -> Session:
 def everyone() -> list[Session]:
     """All sessions that there are."""
     return list(_sessions.values())
+
+
+def by_name() -> dict[str, Session]:
+    """The same, by their scenes' names."""
+    return dict(_sessions)
 
 
 def begin_frame(name: str) -> None:

@@ -20,29 +20,24 @@ from ...clock import Clock
 from ...memory import REFUSED
 from ...report.ended import ended_warnings
 from ...report.frame import frame_report
-from ...scene import Film, Float32, Raster
+from ...scene import Film, Raster
 from .. import lines as lines_drawn
 from .. import session
 from ..errors import HybridError, TooLarge
 from ..flags import unsaved_overrides
 from ..pipeline import compositor_setup, eevee_shadows, evaluated, others_handlers, scene_setup, trace_scenes
 from ..session import Frame, Half
-from . import abort, eevee_half, motion_blur, retrace
+from . import abort, eevee_half, growing, motion_blur, passes, retrace
 from .settings import public_settings, tracer_settings, with_background
 
 Progress = Callable[[str, float], bool]
 Window = tuple[int, int, int, int]
-
-CHANNELS = {"NORMAL": "XYZ", "SHADOW": "RGB", "REFLECTION": "RGB", "REFRACTION": "RGB"}
-"""Of the data passes that have more than one."""
 
 RETRACED = {"what": "EEVEE's half of the picture", "why": "retraced: it is the last render's", "count": 1}
 
 GREASE_PENCIL = "Grease Pencil lies over EEVEE's picture, but is not in its depth"
 
 USE_EEVEE = "has the add-on's internal engine: set Render Engine to EEVEE and tick Hybrid"
-
-PASS_TYPES = {"X": "VALUE", "XYZ": "VECTOR", "RGB": "COLOR", "RGBA": "COLOR"}
 
 
 class HybridTracer(bpy.types.RenderEngine):
@@ -53,12 +48,13 @@ class HybridTracer(bpy.types.RenderEngine):
     bl_use_preview = False
     bl_use_shading_nodes_custom = False
     _said = ""
+    _grows: growing.Growing | None = None
 
     def update_render_passes(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
         """Declare the passes, or compositor trees lose their sockets."""
         self.register_pass(scene, view_layer, "Combined", 4, "RGBA", "COLOR")
-        for name, channels in _passes(trace_scenes.owner(scene)).items():
-            self.register_pass(scene, view_layer, name, len(channels), channels, PASS_TYPES[channels])
+        for name, channels in passes.names(trace_scenes.owner(scene)).items():
+            self.register_pass(scene, view_layer, name, len(channels), channels, passes.PASS_TYPES[channels])
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Trace one frame. An error is one line in the interface and in the console, and leaves no picture."""
@@ -77,32 +73,34 @@ class HybridTracer(bpy.types.RenderEngine):
             text = f"Embree does not load on {platform.platform()}: {error}; install this system's zip"
             self._fail(scene.name, HybridError(text))
             return
-        for name, channels in _passes(scene).items():
+        for name, channels in passes.names(scene).items():
             self.add_pass(name, len(channels), channels)
         resolution = (self.resolution_x, self.resolution_y)
         target = self.begin_result(0, 0, *resolution)
         delivered = False
         try:
             window = _window(scene, resolution, (target.resolution_x, target.resolution_y))
-            frame, film = trace_frame(scene, depsgraph, resolution, window, self._progress, self._evaluate)
-            _deliver(target, frame, film)
+            self._grows = growing.begin(scene, window)
+            frame, film = trace_frame(scene, depsgraph, resolution, window, self._progress, self._evaluate, self._grows)
+            passes.deliver(target, frame, film)
             session.of(scene.name).deliver(frame)
             delivered = True
         except Cancelled:
-            pass
+            growing.stopped(scene)
         except MemoryError as error:
             self._fail(scene.name, TooLarge(str(error) or f"{REFUSED}: lower the resolution or the samples"))
         except ValueError as error:  # our checks, the translator's and the tracer's: one line each
             self._fail(scene.name, error if isinstance(error, HybridError) else HybridError(str(error)))
         except Exception as error:  # a bug of ours: Blender prints it
-            session.of(scene.name).error = RuntimeError(f"the ray tracer failed: {type(error).__name__}: {error}")
+            session.of(scene.name).fail(RuntimeError(f"the ray tracer failed: {type(error).__name__}: {error}"))
             abort.plain_render()
             raise
         finally:
             self.end_result(target, cancel=not delivered)
 
     def _progress(self, phase: str, fraction: float) -> bool:
-        text = phase if fraction <= 0 else f"{phase} {fraction * 100:.0f} %"
+        left = "" if self._grows is None else self._grows.told(phase, fraction)
+        text = phase if fraction <= 0 else f"{phase} {fraction * 100:.0f} %{left}"
         if text != self._said:  # in the background each call is a line of output
             self._said = text
             self.update_stats("Hybrid", text)
@@ -115,7 +113,7 @@ class HybridTracer(bpy.types.RenderEngine):
         self.frame_set(frame, subframe=moment - frame)
 
     def _fail(self, scene: str, error: HybridError) -> None:
-        session.of(scene).error = error
+        session.of(scene).fail(error)
         self.report({"ERROR"}, f"Hybrid: {error}")
         self.error_set(f"Hybrid: {error}")
         abort.plain_render()
@@ -128,10 +126,11 @@ def trace_frame(
     window: Window,
     progress: Progress,
     evaluate: Callable[[float], None],
+    grows: growing.Growing | None = None,
 ) -> tuple[Frame, Film]:
     """Read the mask, translate, trace, premultiply: everything between EEVEE and the compositor.
 
-    evaluate : has `depsgraph` show another frame, for motion blur.
+    evaluate : has `depsgraph` show another frame, for motion blur.   grows : where to show the picture meanwhile.
     """
     from ...compositor import black_out, lay_over, light_up, premultiply, see_through, shade
     from ...tracer import trace
@@ -152,6 +151,8 @@ def trace_frame(
         held = retrace.hold(scene, window, half)
     drawn, mask, depth, albedo, lines = half
     timing["mask read"] = clock.read()
+    if grows is not None:
+        grows.begins_with(drawn, mask)
 
     clock, left = Clock(), session.caches_of(scene.name)
     translated = partial(
@@ -174,7 +175,7 @@ def trace_frame(
     deadline = own.deadline(scene.hybrid.time_budget, (window[2] - window[0]) * (window[3] - window[1]))
     tracing, times = partial(progress, "Tracing"), motion_blur.moments(scene, settings.samples)
     if len(times) == 1:
-        film = trace(traced_scene, settings, mask, tracing, deadline, left.trees)
+        film = trace(traced_scene, settings, mask, tracing, deadline, left.trees, None if grows is None else grows.show)
     else:
         work = partial(trace, mask=mask, cache=left.trees)
         try:
@@ -217,7 +218,7 @@ def trace_frame(
         ],
         skipped=[*notes, *left.skipped()],
     )
-    return Frame(window, drawn, cover, traced, report, data_passes(scene, film, cover)), film
+    return Frame(window, drawn, cover, traced, report, passes.data_passes(scene, film, cover)), film
 
 
 def budget_warnings(scene: bpy.types.Scene, timing: dict[str, dict[str, float]], film: Film) -> list[str]:
@@ -299,50 +300,6 @@ def _window(scene: bpy.types.Scene, resolution: tuple[int, int], size: tuple[int
         return (0, 0, *resolution)
     x0, y0, _, _ = border(scene, resolution)
     return (x0, y0, x0 + size[0], y0 + size[1])
-
-
-def _passes(scene: bpy.types.Scene | None) -> dict[str, str]:
-    """Names and channels of the trace scene's passes beside the picture: four always, others if they are wanted."""
-    wanted = sorted(scene.hybrid.passes) if scene else []
-    data = {pass_name(name): CHANNELS.get(name, "X") for name in wanted}
-    return {"Mask": "X", "Residual": "X", retrace.PASS: "RGBA", "Traced": "RGBA", **data}
-
-
-def pass_name(name: str) -> str:
-    """What Blender calls a pass that the settings or the tracer call `name`."""
-    return name.title().replace("_", "-")
-
-
-def _deliver(target: bpy.types.RenderResult, frame: Frame, film: Film) -> None:
-    passes = target.layers[0].passes
-    if frame.raster is not None:
-        passes[retrace.PASS].rect.foreach_set(frame.raster.ravel())
-    # Not `rect = pixels`: that makes a Python number of each, 190 times slower.
-    for name in ("Combined", "Traced"):
-        passes[name].rect.foreach_set(frame.traced.ravel())
-    passes["Mask"].rect.foreach_set(frame.mask.ravel())
-    passes["Residual"].rect.foreach_set(residual(film, frame.mask).ravel())
-    for name, pixels in frame.passes.items():
-        passes[pass_name(name)].rect.foreach_set(pixels.ravel())
-
-
-def residual(film: Film, mask: Float32) -> Float32:
-    """(h, w) throughput that was cut off, of the traced layer."""
-    return film.residual * mask
-
-
-def data_passes(scene: bpy.types.Scene, film: Film, mask: Float32) -> dict[str, Float32]:
-    """The scene's data passes, by name in small letters: (h, w) or (h, w, 3) float32."""
-    from ...tracer.film.samples import LIGHT_AOVS  # they add up with the picture: its coverage multiplies them
-
-    found = {name: values for name, values in film.passes.items() if name not in ("background", "passed")}
-    for name in found.keys() & LIGHT_AOVS:
-        found[name] = found[name] * (mask if found[name].ndim == 2 else mask[..., None])
-    if "RESIDUAL" in scene.hybrid.passes:
-        found["residual"] = residual(film, mask)
-    if "SHADOW" in scene.hybrid.passes:
-        found["shadow"] = np.ones((*mask.shape, 3), np.float32) if film.shadow is None else film.shadow
-    return found
 
 
 CLASSES = (HybridTracer,)

@@ -20,6 +20,8 @@ from typing import Any, TypeVar
 
 import bpy
 
+from . import growing
+
 POLL_SECONDS = 0.02
 """Between two looks, of the main thread for work and of the render for an answer."""
 
@@ -72,6 +74,7 @@ def _serve() -> float:
                     future.set_result(work())
                 except BaseException as error:
                     future.set_exception(error)
+    growing.redraw()
     return POLL_SECONDS if bpy.app.is_job_running("RENDER") else IDLE_SECONDS
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from ...scene import Float32
 from .. import session
 from ..preview.display import Display
-from ..session import Frame
+from ..session import Frame, SoFar
 from . import picker
 
 PIXELS = 320
@@ -29,6 +29,9 @@ SHARE = 0.2
 MARGIN, LABEL = 10, 11
 """Around each inset, and the size of its name, in pixels of a display of scale 1."""
 
+BAR = 3
+"""Height of the bar that says how far a render is, likewise."""
+
 
 @dataclass(eq=False)
 class _Drawn:
@@ -37,11 +40,13 @@ class _Drawn:
     pictures : (frame and display, what the insets look like).
     quads    : (the same and their rectangles, what is drawn).
     whole    : (frame, display, what is shown and where; what is drawn).
+    growing  : (picture so far and display, what it looks like; where, what is drawn).
     """
 
     pictures: tuple[Any, dict[str, Float32]] | None = None
     quads: tuple[Any, list[tuple[str, Any]]] | None = None
     whole: tuple[Any, Any] | None = None
+    growing: tuple[Any, Float32, Any, Any] | None = None
 
 
 _drawn = _Drawn()
@@ -62,7 +67,12 @@ class HYBRID_GT_insets(bpy.types.Gizmo):
 
     def draw(self, context: bpy.types.Context) -> None:
         """In each redraw of an image editor."""
-        frame = session.of(context.scene.name).frame
+        own = session.of(context.scene.name)
+        if is_growing(context):
+            assert own.so_far is not None
+            _draw_growing(context, own.so_far)
+            return
+        frame = own.frame
         if frame is None:
             return
         if context.scene.hybrid.shown != "PICTURE":
@@ -88,7 +98,7 @@ class HYBRID_GGT_insets(bpy.types.GizmoGroup):
     def poll(cls, context: bpy.types.Context) -> bool:
         """Whether this editor has them."""
         settings = context.scene.hybrid
-        wanted = settings.insets or settings.shown != "PICTURE"
+        wanted = settings.insets or settings.shown != "PICTURE" or is_growing(context)
         return settings.enabled and wanted and picker.shows_render(context.space_data)
 
     def setup(self, _context: bpy.types.Context) -> None:
@@ -96,12 +106,47 @@ class HYBRID_GGT_insets(bpy.types.GizmoGroup):
         self.gizmos.new(HYBRID_GT_insets.bl_idname)
 
 
+def is_growing(context: bpy.types.Context) -> bool:
+    """Whether a render of this scene, that runs or was stopped, has a picture of its own to show here."""
+    so_far = session.of(context.scene.name).so_far
+    image = bpy.data.images.get("Render Result")
+    return so_far is not None and image is not None and image.render_slots.active_index == so_far.slot
+
+
+def _draw_growing(context: bpy.types.Context, so_far: SoFar) -> None:
+    """The picture so far over whatever Blender shows of it, and how far it is along its lower edge."""
+    region, scale = context.region, context.preferences.system.ui_scale
+    rectangle = _rectangle(context, so_far.window)
+    if so_far.picture is not None:
+        key = (id(so_far.picture), Display.of(context.scene))
+        if _drawn.growing is None or _drawn.growing[0] != key:
+            shown = key[1].encode(so_far.picture)
+            pixels = np.dstack([shown, np.ones_like(shown[..., :1])])
+            _drawn.growing = (key, pixels, rectangle, _quad(pixels, rectangle))
+        elif _drawn.growing[2] != rectangle:
+            _drawn.growing = (key, _drawn.growing[1], rectangle, _quad(_drawn.growing[1], rectangle))
+        _drawn.growing[3].draw((region.width, region.height))
+    x0, y0, x1, _ = rectangle
+    if so_far.fraction is not None:
+        height, until = BAR * scale, x0 + (x1 - x0) * so_far.fraction
+        for right, color in ((x1, (0.0, 0.0, 0.0, 1.0)), (until, (0.3, 0.55, 1.0, 1.0))):
+            bar = np.broadcast_to(np.array(color, np.float32), (1, 1, 4))
+            _quad(bar, (x0, y0, max(right, x0 + 1), y0 + height)).draw((region.width, region.height))
+    if so_far.text:
+        _label(f"Hybrid: {so_far.text}", x0 + 6 * scale, y0 + (BAR + 6) * scale, scale)
+
+
+def _rectangle(context: bpy.types.Context, window: tuple[int, int, int, int]) -> tuple[int, ...]:
+    """Where a part of the frame lies in the region, (x0, y0, x1, y1) in its pixels."""
+    x0, y0, x1, y1 = picker.shown_window(context.scene)
+    corners = [((x - x0) / (x1 - x0), (y - y0) / (y1 - y0)) for x, y in (window[:2], window[2:])]
+    return tuple(n for corner in corners for n in context.region.view2d.view_to_region(*corner, clip=False))
+
+
 def _draw_whole(context: bpy.types.Context, frame: Frame) -> None:
     """One of the parts, exactly over the picture."""
     scene, region = context.scene, context.region
-    x0, y0, x1, y1 = picker.shown_window(scene)
-    corners = [((x - x0) / (x1 - x0), (y - y0) / (y1 - y0)) for x, y in (frame.window[:2], frame.window[2:])]
-    rectangle = tuple(n for corner in corners for n in region.view2d.view_to_region(*corner, clip=False))
+    rectangle = _rectangle(context, frame.window)
     key = (id(frame), Display.of(scene), scene.hybrid.shown, rectangle)
     if _drawn.whole is None or _drawn.whole[0] != key:
         pixels = part(frame, key[1], key[2])
@@ -190,7 +235,7 @@ def _quad(pixels: Float32, rectangle: Any) -> Any:
 
 def forget() -> None:
     """Let go of the pictures."""
-    _drawn.pictures = _drawn.quads = _drawn.whole = None
+    _drawn.pictures = _drawn.quads = _drawn.whole = _drawn.growing = None
 
 
 CLASSES = (HYBRID_GT_insets, HYBRID_GGT_insets)
