@@ -298,11 +298,11 @@ def test_handlers_of_other_add_ons(blender: Blender, folder: Path, scene: Path, 
 
 
 def test_escape_cancels_at_once_and_leaves_nothing(blender: Blender, folder: Path, scene: Path) -> None:
-    """Esc while rays are traced: the job ends, no temporary file stays, the pipeline still stands."""
+    """The picture grows; Esc: the job ends and keeps it, no temporary file stays, the pipeline still stands."""
     printed = blender(scene, "--python", HERE / "escape.py", command=XVFB_BLENDER)
     (seconds,) = re.findall(r"^ESCAPE: ([\d.]+) s$", printed, re.M)
     assert float(seconds) < 2.0, printed  # a second, and as much again for xdotool and a busy machine
-    assert "LEFT: [] PIPELINE: True" in printed
+    assert "KEPT: True" in printed and "LEFT: [] PIPELINE: True" in printed, printed
 
 
 def test_the_panels_draw(blender: Blender, folder: Path) -> None:
@@ -325,7 +325,7 @@ def test_advice_flags_undoes_and_draws(blender: Blender, folder: Path) -> None:
 def test_the_viewport_shows_the_preview(blender: Blender, folder: Path, scene: Path) -> None:
     """The ball of rendered shading turns into a mirror at rest, again after a movement; disabling takes it away."""
     printed = blender(scene, "--python", HERE / "preview.py", "--", folder / "preview", command=XVFB_BLENDER)
-    assert "PREVIEW: done" in printed, printed
+    assert "PREVIEW: held, local, not edited" in printed and "PREVIEW: done" in printed, printed
     assert "Traceback" not in printed, printed
     eevee, traced, without = (read(folder / f"preview_{name}.png") for name in ("eevee", "traced", "without"))
     ball = far(eevee, traced)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run in a real Blender with a window: press F12, press Esc while rays are traced, see how long it takes, quit.
+"""Run in a real Blender with a window: press F12, see the picture grow, press Esc, see how long it takes, quit.
 
 xvfb-blender FILE.blend --python escape.py
 """
@@ -10,6 +10,7 @@ import sys
 import time
 
 import bpy
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender import session
 from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.pipeline import scene_setup
 from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.render import engine
 
@@ -18,6 +19,7 @@ import window as screen
 
 pressed = 0.0
 tracing = False
+pictures = {}  # those that grew, kept so that their ids stay theirs
 
 
 def watch(self, phase, fraction):
@@ -41,7 +43,10 @@ def press_f12() -> None:
 
 def press_escape() -> float | None:
     global pressed
-    if not tracing:
+    so_far = session.of(bpy.context.scene.name).so_far
+    if so_far is not None and so_far.picture is not None:
+        pictures[id(so_far.picture)] = so_far.picture
+    if not tracing or len(pictures) < 3:  # EEVEE's half, a coarse one, a finer one
         return 0.1
     pressed = time.perf_counter()
     subprocess.run(["xdotool", "mousemove", "600", "400", "key", "Escape"], check=True)
@@ -57,6 +62,8 @@ def look() -> None:
     scene = bpy.context.scene
     temporary = [name for name in os.listdir(bpy.app.tempdir) if name.startswith("hybrid_")]
     standing = scene_setup.mask_layer(scene) is not None and scene_setup.trace_scene(scene) is not None
+    so_far = session.of(scene.name).so_far
+    print(f"KEPT: {so_far is not None and so_far.picture is not None and so_far.text.startswith('Stopped: ')}")
     print(f"LEFT: {temporary} PIPELINE: {standing}", flush=True)
     os._exit(0)
 

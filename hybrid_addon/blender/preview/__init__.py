@@ -4,10 +4,12 @@
     view.py     the viewport's camera
     job.py      the work, on a thread of its own
     display.py  the scene's colour management
-    draw.py     the picture on the screen
+    draw.py     the picture on the screen, below Blender's overlays
+    reproject.py    the last picture while the view moves
+    icon.py     the button's
 
-The main thread only looks, translates the scene when it has changed, and draws. The first movement of the view, and
-the first change of the scene, drop the picture and the work on it.
+The main thread only looks, translates the scene when it has changed, and draws. The first movement of the view drops
+the work on a picture, the first change of the scene the picture, too.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
+import blf
 import bpy
 from bpy.app.handlers import persistent
 
@@ -23,8 +26,9 @@ from ..errors import HybridError
 from ..pipeline import scene_setup
 from ..render.settings import preview_settings
 from ..session import FrameCaches
+from . import icon
 from .display import Display
-from .draw import Quad
+from .draw import Layer
 from .job import Job
 from .view import View
 
@@ -43,10 +47,12 @@ class _Viewport:
     """One region of one 3D viewport."""
 
     view: View
+    shown: frozenset[str] | None
     since: float
     edits: int
     job: Job | None = None
-    quad: Quad | None = None
+    layer: Layer | None = None
+    moved: Layer | None = None  # the last one, of another view of the same scene
     status: str = ""
 
 
@@ -56,18 +62,18 @@ class _Preview:
 
     viewports  : by the address of their region.
     edits      : changes of the scene so far.
-    translated : (edits, scene's name, the scene translated at that time).
+    translated : (edits, scene's name and what of it a view shows, the scene translated at that time).
     compiled   : (translated scene, the same ready to trace).
     caches     : (scene's name, what its last translation has left).
-    draw       : Blender's handle of `_draw`, while it is registered.
+    draw       : Blender's handles of `_draw` and `_write`, while they are registered.
     """
 
     viewports: dict[int, _Viewport] = field(default_factory=dict)
     edits: int = 0
-    translated: tuple[int, str, Any] | None = None
+    translated: tuple[int, tuple[str, frozenset[str] | None], Any] | None = None
     compiled: tuple[Any, Any] | None = None
     caches: tuple[str, FrameCaches] | None = None
-    draw: Any = None
+    draw: tuple[Any, Any] | None = None
 
 
 _preview = _Preview()
@@ -84,18 +90,35 @@ def why_not(scene: bpy.types.Scene, space: bpy.types.SpaceView3D) -> str:
         return "set Viewport Shading to Rendered"
     if not (shading.use_scene_lights_render and shading.use_scene_world_render):
         return "switch Scene Lights and Scene World on in Viewport Shading"
-    if space.local_view is not None:
-        return "leave the local view"
+    edited = _edited(scene)
+    if edited:
+        return f"'{edited}' is being edited: leave its mode"
     return ""
 
 
+def _edited(scene: bpy.types.Scene) -> str:
+    """The name of a ray traced object in a mode in which one works on it, so that it must be seen as it is."""
+    active = getattr(bpy.context, "object", None)
+    if active is None or active.mode in {"OBJECT", "POSE"}:
+        return ""
+    collection = scene_setup.own_collection(scene)
+    traced = set() if collection is None else set(collection.all_objects)
+    if scene.hybrid.mode == "FULL":
+        return str(active.name)
+    in_mode = {active, *getattr(bpy.context, "objects_in_mode", ())}
+    return next((b_object.name for b_object in in_mode if b_object in traced), "")
+
+
+def shown_in(space: bpy.types.SpaceView3D, scene: bpy.types.Scene) -> frozenset[str] | None:
+    """Full names of the objects that a viewport shows, in local view or with local collections; None: all."""
+    if space.local_view is None and not space.use_local_collections:
+        return None
+    return frozenset(b_object.name_full for b_object in scene.objects if b_object.visible_in_viewport_get(space))
+
+
 def status(context: bpy.types.Context) -> str:
-    """What the viewport of this context shows, in a few words for its header."""
-    problem = why_not(context.scene, context.space_data)
-    if problem:
-        return problem
-    regions = [region.as_pointer() for region in context.area.regions if region.type == "WINDOW"]
-    return next((_preview.viewports[key].status for key in regions if key in _preview.viewports), "")
+    """Why the viewport of this context shows no preview, for its header; "" if it does, and says so over the view."""
+    return why_not(context.scene, context.space_data)
 
 
 # ------------------------------------------------------------------------------------------------ the viewport draws
@@ -109,17 +132,42 @@ def _draw() -> None:
     if why_not(scene, space):
         _forget(key)
         return
-    viewport = _look(key, View.of(region, space, scene))
-    if viewport.quad is not None:
-        viewport.quad.draw((region.width, region.height))
+    viewport = _look(key, View.of(region, space, scene), shown_in(space, scene))
+    size = region.width, region.height
+    if viewport.layer is not None:
+        viewport.layer.draw(size)
+    elif viewport.moved is not None:
+        viewport.moved.draw_moved(size, space.region_3d.perspective_matrix)
 
 
-def _look(key: int, view: View) -> _Viewport:
+def _write() -> None:
+    """Called by Blender after it, in pixels: how far the picture is."""
+    context = bpy.context
+    viewport = _preview.viewports.get(context.region.as_pointer())
+    if viewport is None or not viewport.status or not context.space_data.overlay.show_overlays:
+        return
+    scale = context.preferences.system.ui_scale
+    tools = next((region.width for region in context.area.regions if region.type == "TOOLS"), 0)
+    blf.size(0, 11 * scale)
+    blf.enable(0, blf.SHADOW)
+    blf.shadow(0, 3, 0.0, 0.0, 0.0, 1.0)
+    blf.color(0, 1.0, 1.0, 1.0, 1.0)
+    blf.position(0, tools + 16 * scale, 14 * scale, 0)
+    blf.draw(0, f"Hybrid {viewport.status}")
+    blf.disable(0, blf.SHADOW)
+
+
+def _look(key: int, view: View, shown: frozenset[str] | None) -> _Viewport:
     """The viewport as it is now; what shows another view or an older scene is dropped."""
     viewport = _preview.viewports.get(key)
-    if viewport is None or viewport.view != view or viewport.edits != _preview.edits:
+    same = viewport is not None and viewport.edits == _preview.edits and viewport.shown == shown
+    if viewport is None or viewport.view != view or not same:
+        moved = None
+        if viewport is not None and same:
+            moved = viewport.layer or viewport.moved
         _forget(key)
-        viewport = _preview.viewports[key] = _Viewport(view, time.perf_counter(), _preview.edits)
+        viewport = _Viewport(view, shown, time.perf_counter(), _preview.edits, moved=moved)
+        _preview.viewports[key] = viewport
         _wake()
     return viewport
 
@@ -186,7 +234,7 @@ def _attend(viewport: _Viewport, window: Any, area: Any, region: Any) -> bool:
     done = job.done  # before the picture is taken: the last one comes before it
     picture = job.take_picture()
     if picture is not None:
-        viewport.quad, viewport.status = Quad(picture), picture.label
+        viewport.layer, viewport.status = Layer(picture, job.surface), picture.label
         area.tag_redraw()
     _keep(job)
     if job.problem:
@@ -198,7 +246,7 @@ def _start(viewport: _Viewport) -> Job | None:
     """Translate if the scene has changed, and set to work."""
     scene = bpy.context.scene
     try:
-        translated = _translate(scene, viewport.view)
+        translated = _translate(scene, viewport.view, viewport.shown)
     except (HybridError, MemoryError) as error:
         viewport.status = str(error) or "not enough memory for the preview"
         return None
@@ -208,11 +256,12 @@ def _start(viewport: _Viewport) -> Job | None:
     return Job(translated, viewport.view, settings, Display.of(scene), scene.hybrid.preview_budget, compiled, trees)
 
 
-def _translate(scene: bpy.types.Scene, view: View) -> Any:
+def _translate(scene: bpy.types.Scene, view: View, shown: frozenset[str] | None) -> Any:
     from ...tracer.materials.textures import sample_texture
     from ..sync import MeshCache, translate
 
-    if _preview.translated is None or _preview.translated[:2] != (_preview.edits, scene.name):
+    of = (scene.name, shown)
+    if _preview.translated is None or _preview.translated[:2] != (_preview.edits, of):
         depsgraph = bpy.context.evaluated_depsgraph_get()
         if _preview.caches is None or _preview.caches[0] != scene.name:
             _preview.caches = (scene.name, FrameCaches(MeshCache(learns=True)))
@@ -220,8 +269,9 @@ def _translate(scene: bpy.types.Scene, view: View) -> Any:
             depsgraph, scene, (1, 1), (0, 0, 1, 1),
             light_falloff=scene.hybrid.light_falloff, camera=view.camera(1), kept=_preview.caches[1].meshes,
             sample=sample_texture,
+            shown=shown,
         )  # fmt: skip
-        _preview.translated = (_preview.edits, scene.name, translation.scene)
+        _preview.translated = (_preview.edits, of, translation.scene)
     return _preview.translated[2]
 
 
@@ -238,7 +288,9 @@ def register() -> None:
     """Add the draw handler; nothing runs in the background."""
     if bpy.app.background:
         return
-    _preview.draw = bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW")
+    icon.register()
+    add = bpy.types.SpaceView3D.draw_handler_add
+    _preview.draw = add(_draw, (), "WINDOW", "POST_VIEW"), add(_write, (), "WINDOW", "POST_PIXEL")
     for name in CHANGES:
         getattr(bpy.app.handlers, name).append(_on_change)
 
@@ -247,8 +299,10 @@ def unregister() -> None:
     """Remove it, and stop all work."""
     if _preview.draw is None:
         return
-    bpy.types.SpaceView3D.draw_handler_remove(_preview.draw, "WINDOW")
+    for handle in _preview.draw:
+        bpy.types.SpaceView3D.draw_handler_remove(handle, "WINDOW")
     _preview.draw = None
+    icon.unregister()
     for name in CHANGES:
         getattr(bpy.app.handlers, name).remove(_on_change)
     if bpy.app.timers.is_registered(_tick):

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...scene import Float32, Scene, Settings
 from .display import Display
+from .reproject import Surface, surface_of
 from .view import Rect, View
 
 if TYPE_CHECKING:
@@ -48,7 +49,8 @@ def levels(samples: int) -> Iterator[tuple[int, int]]:
 class Job:
     """Traces a translated scene as one view shows it. budget: seconds; 0: until it has all samples.
 
-    Raises nothing: `problem` is a line for people if the scene cannot be traced.
+    Raises nothing: `problem` is a line for people if the scene cannot be traced. `surface` is what the first picture
+    showed.
     """
 
     def __init__(
@@ -65,6 +67,7 @@ class Job:
         self.budget = budget
         self.compiled, self._kept = compiled, kept
         self.problem = ""
+        self.surface: Surface | None = None
         self.done = False
         self._pictures: deque[Picture] = deque(maxlen=1)
         self._dropped = threading.Event()
@@ -109,9 +112,12 @@ class Job:
         if self.budget:
             self._deadline = time.perf_counter() + self.budget
         for step, samples in levels(self.settings.samples):
-            settings = replace(self.settings, samples=samples)
+            passes = frozenset({"depth"}) if step == COARSE[0] else self.settings.passes
+            settings = replace(self.settings, samples=samples, passes=passes)
             compiled = self.compiled.seen_from(self.view.camera(step), settings)
             film = trace_compiled(compiled, progress=None if step == COARSE[0] else self._goes_on)
+            if step == COARSE[0]:
+                self.surface = surface_of(compiled.camera, film.passes["depth"], film.coverage, step)
             self._pictures.append(self._develop(film.radiance, film.coverage, step, samples))
 
     def _goes_on(self, _fraction: float) -> bool:
@@ -126,5 +132,5 @@ class Job:
         part, alpha = radiance[top:bottom, left:right], coverage[top:bottom, left:right, None]
         pixels = np.concatenate([self.display.encode(part) * alpha, alpha], axis=2)
         rect = tuple(int(n) * step for n in (x0 + left, y0 + top, x0 + right, y0 + bottom))
-        label = f"{samples} sample{'s' * (samples > 1)}" if step == 1 else f"1:{step}"
+        label = f"{samples if step == 1 else 0}/{self.settings.samples}" + (f" (1:{step})" if step > 1 else "")
         return Picture(np.ascontiguousarray(pixels, np.float32), cast(Rect, rect), label)

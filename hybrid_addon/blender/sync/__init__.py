@@ -71,6 +71,7 @@ def translate(
     warn: Warnings | None = None,
     kept: MeshCache | None = None,
     sample: Sampler | None = None,
+    shown: frozenset[str] | None = None,
 ) -> Translation:
     """Everything that one frame needs, copied out of Blender.
 
@@ -82,6 +83,7 @@ def translate(
     camera      : seen by this one instead of the scene's; then resolution and window are its own.
     kept        : of earlier frames; meshes that are as they were are the same objects as in the last one.
     sample      : looks up the images that displace meshes, which the tracer can.
+    shown       : full names of the objects, or of their instancers, that are there; None: all that are evaluated.
 
     Raises UnsupportedError, before anything costly, if there is no camera or one that cannot be traced.
     """
@@ -96,7 +98,7 @@ def translate(
     surfaces = Surfaces(images, warn, frame, material_override(b_scene, b_depsgraph))
     light_context = LightContext(light_falloff, b_scene.eevee.light_threshold)
     objects = Objects(surfaces, light_context, Flags(b_scene), warn, kept, sample)
-    objects.add_all(b_depsgraph, b_scene.render.hair_subdiv, source_layer(b_scene).use_strand)
+    objects.add_all(b_depsgraph, b_scene.render.hair_subdiv, source_layer(b_scene).use_strand, shown)
     kept.end()
     if not rough_samples(b_scene):
         warn_of_roughness(surfaces.surfaces, warn)

@@ -74,12 +74,21 @@ class Objects:
         self._links: list[Links] = []  # of the lights
         self._names: list[str] = []  # of each instance, by which light linking knows it
 
-    def add_all(self, b_depsgraph: bpy.types.Depsgraph, hair_subdivided: int = 0, strands: bool = True) -> None:
+    def add_all(
+        self,
+        b_depsgraph: bpy.types.Depsgraph,
+        hair_subdivided: int = 0,
+        strands: bool = True,
+        shown: frozenset[str] | None = None,
+    ) -> None:
         """Add everything visible. What the iterator hands out dies at its next step, so all is copied at once.
 
         hair_subdivided : `RenderSettings.hair_subdiv` of the artist's scene.   strands : the view layer shows hair.
+        shown           : see `translate`.
         """
         for b_instance in b_depsgraph.object_instances:
+            if shown is not None and (b_instance.parent or b_instance.object).original.name_full not in shown:
+                continue
             if b_instance.show_self and not _is_hidden(b_instance) and (strands or b_instance.object.type != "CURVES"):
                 self._add(b_instance)
             if strands and b_instance.show_particles and not _is_hidden(b_instance):

@@ -185,7 +185,7 @@ def _draw_view3d_header(self: bpy.types.Header, context: bpy.types.Context) -> N
     if not (scene.hybrid.enabled and scene_setup.is_eevee(scene) and space.shading.type == "RENDERED"):
         return
     row = self.layout.row(align=True)
-    row.prop(scene.hybrid, "preview", text="", icon="SHADING_RENDERED")
+    row.prop(scene.hybrid, "preview", text="", icon_value=preview.icon.icon_id())
     if scene.hybrid.preview:
         row.label(text=preview.status(context))
 

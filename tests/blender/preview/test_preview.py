@@ -12,15 +12,18 @@ import pytest
 
 import hybrid_addon as hybrid
 from hybrid_addon.blender import session
+from hybrid_addon.blender.preview import icon
 from hybrid_addon.blender.preview import view as view_module
 from hybrid_addon.blender.preview.display import Display
 from hybrid_addon.blender.preview.job import Job
+from hybrid_addon.blender.preview.reproject import surface_of
 from hybrid_addon.blender.preview.view import View
 from hybrid_addon.blender.render import images
 from hybrid_addon.blender.render.settings import preview_settings
 from hybrid_addon.blender.sync import Warnings, translate
 from hybrid_addon.blender.sync.camera import translate_camera
 from hybrid_addon.tracer import trace
+from hybrid_addon.tracer.core.camera import project
 
 pytestmark = pytest.mark.blender
 
@@ -102,12 +105,15 @@ def test_the_last_picture_is_what_a_render_traces(scene):
     job = Job(ours, view, settings, Display.of(scene), budget=20.0)
     finish(job)
     picture = job.take_picture()
-    assert job.problem == "" and picture.label == "4 samples"
+    assert job.problem == "" and picture.label == "4/4"
     film = trace(ours, settings)
     x0, y0, x1, y1 = picture.rect
     np.testing.assert_array_equal(picture.pixels[..., 3], film.coverage[y0:y1, x0:x1])
     assert film.coverage.sum() == pytest.approx(picture.pixels[..., 3].sum())
     assert picture.pixels[..., :3].max() > 0.1
+    # What it showed is the cube, whose faces are 1 from its middle; what is a ring wider is as deep.
+    assert np.median(np.abs(np.abs(job.surface.points).max(axis=1) - 1)) < 0.4 and job.surface.points.flags.c_contiguous
+    assert np.isclose(np.abs(job.surface.points).max(axis=1), 1, atol=1e-3).mean() > 0.3
 
 
 def test_a_dropped_job_ends_soon(scene):
@@ -116,7 +122,7 @@ def test_a_dropped_job_ends_soon(scene):
     job = Job(translated(scene, view), view, preview_settings(scene), Display.of(scene), budget=60.0)
     job.join()
     picture = job.take_picture()
-    assert job.done and (picture is None or picture.label != "4 samples")  # it was not waited for
+    assert job.done and (picture is None or picture.label != "4/4")  # it was not waited for
 
 
 def test_a_job_says_what_it_cannot_trace(scene):
@@ -155,3 +161,35 @@ def test_f12_of_a_render_region_keeps_to_the_time_budget(scene):
     frame = session.of(scene.name).frame
     assert frame.window == (64, 96, 192, 192) and frame.mask.shape == (96, 128)
     assert any(entry["what"] == "samples" for entry in report["skipped"])
+
+
+def test_what_a_view_showed_lies_where_it_was_met(scene):
+    """The mesh of a moved picture: places that the old view shows at their pixels, on a plane of known depth."""
+    for kind in ("PERSP", "ORTHO"):
+        scene.camera.data.type = kind
+        camera = view_through_camera(scene, (64, 48)).camera(8)
+        depth, coverage = np.full((6, 8), 1e10, np.float32), np.zeros((6, 8), np.float32)
+        depth[2:4, 3:6], coverage[2:4, 3:6] = 5, 1
+        surface = surface_of(camera, depth, coverage, 8)
+        assert len(surface.points) == 4 * 5 and len(surface.triangles) == 2 * 3 * 4  # a ring wider
+        back = project(camera, surface.points.T.astype(np.float64))
+        np.testing.assert_allclose(np.stack(back[:2], axis=1) * 8, surface.pixels, atol=1e-3)
+        np.testing.assert_allclose(back[2], 5, rtol=1e-6)
+    assert surface_of(camera, depth, coverage * 0, 8) is None
+
+
+def test_only_what_a_viewport_shows_is_translated(scene):
+    view = view_through_camera(scene)
+    b_depsgraph = bpy.context.evaluated_depsgraph_get()
+    whole, one = (
+        translate(b_depsgraph, scene, (1, 1), (0, 0, 1, 1), camera=view.camera(1), shown=shown).scene
+        for shown in (None, frozenset({"Cube"}))
+    )
+    assert [instance.name for instance in one.instances] == ["Cube"] and not one.lights
+    assert len(whole.instances) >= 1 and len(whole.lights) == 1
+
+
+def test_the_icon_is_premultiplied_and_no_square():
+    pixels = icon.pixels()
+    assert pixels.shape == (icon.SIZE, icon.SIZE, 4) and (pixels[..., :3] <= pixels[..., 3:] + 1e-6).all()
+    assert (pixels[[0, -1]][:, [0, -1]] == 0).all() and 0.2 < pixels[..., 3].mean() < 0.8
