@@ -90,7 +90,7 @@ def stopped(scene: bpy.types.Scene) -> None:
     own = session.of(scene.name)
     if own.so_far is not None and own.so_far.picture is not None:
         now = own.so_far
-        own.so_far = session.SoFar(now.picture, now.window, now.slot, f"Stopped: {now.text}", None)
+        own.so_far = session.SoFar(now.picture, now.window, now.slot, f"Stopped: {now.text.partition(',')[0]}", None)
 
 
 def duration(seconds: float) -> str:

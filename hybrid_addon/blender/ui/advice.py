@@ -26,9 +26,13 @@ class HybridAdviceRow(PropertyGroup):
 
 
 class HybridAdvice(PropertyGroup):
-    """`WindowManager.hybrid_advice`: the last answer. It is not of the file: nothing of it is undone, nothing kept."""
+    """`WindowManager.hybrid_advice`: the last answer. It is not of the file: nothing of it is undone, nothing kept.
+
+    Its rows are all objects in view; listed are those that need rays or are ticked, also since then.
+    """
 
     scene: StringProperty()  # type: ignore[valid-type]
+    note: StringProperty()  # type: ignore[valid-type]
     basis: StringProperty()  # type: ignore[valid-type]
     build: FloatProperty()  # type: ignore[valid-type]
     rows: CollectionProperty(type=HybridAdviceRow)  # type: ignore[valid-type]
@@ -60,12 +64,23 @@ class HYBRID_OT_advise(bpy.types.Operator):
         advice = context.window_manager.hybrid_advice
         advice.rows.clear()
         advice.scene, advice.basis, advice.build = found["scene"], found["basis"], found["build"]
-        for entry in found["objects"]:
+        advice.note = "\n".join(found["notes"])
+        for entry in [*found["objects"], *found["others"]]:
             row = advice.rows.add()
             row.name, row.why = entry["object"], "\n".join(entry["why"])
             row.coverage, row.seconds, row.suggested = entry["coverage"], entry["seconds"], entry["suggested"]
         self.report({"INFO"}, rpt_("{} objects need rays").format(sum(row.suggested for row in advice.rows)))
         return {"FINISHED"}
+
+
+def listed(context: bpy.types.Context) -> list[HybridAdviceRow]:
+    """The rows that the list shows."""
+    objects = context.scene.objects
+    return [
+        row
+        for row in context.window_manager.hybrid_advice.rows
+        if row.suggested or (row.name in objects and objects[row.name].hybrid.ray_traced)
+    ]
 
 
 class HYBRID_OT_flag_advised(bpy.types.Operator):
@@ -108,6 +123,10 @@ class HYBRID_UL_advice(bpy.types.UIList):
         number.alignment = "RIGHT"
         number.label(text=cost({"seconds": item.seconds}).removeprefix("about "), translate=False)
 
+    def filter_items(self, context, data, name):  # type: ignore[no-untyped-def]
+        shown = {row.name for row in listed(context)}
+        return [self.bitflag_filter_item * (item.name in shown) for item in getattr(data, name)], []
+
 
 class HYBRID_RENDER_PT_advice(bpy.types.Panel):
     bl_label = "What Needs Rays?"
@@ -123,16 +142,19 @@ class HYBRID_RENDER_PT_advice(bpy.types.Panel):
         layout.operator("hybrid.advise", text="Analyse", icon="VIEWZOOM")
         if advice.scene != context.scene.name:
             return
-        if not advice.rows:
+        rows = listed(context)
+        if not rows:
             paragraph(layout, context, iface("No object here needs rays"), icon="CHECKMARK")
-            paragraph(layout, context, iface("Rough surfaces are left to EEVEE"))
+        if advice.note:
+            paragraph(layout, context, sentence(advice.note), icon="INFO")
+        if not rows:
             return
         layout.template_list("HYBRID_UL_advice", "", advice, "rows", advice, "active", rows=3)
         if 0 <= advice.active < len(advice.rows):
             row = advice.rows[advice.active]
             paragraph(layout, context, sentence(row.name + ": " + "; ".join(row.why.splitlines())))
         layout.operator("hybrid.flag_advised", icon="CHECKMARK")
-        total = sum(row.seconds for row in advice.rows)
+        total = sum(row.seconds for row in rows)
         text = iface("All of them: {}, {:.2g} s to build").format(cost({"seconds": total}), advice.build)
         paragraph(layout, context, text + ". " + iface("An estimate from a coarse picture traced here"))
 

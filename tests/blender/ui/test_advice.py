@@ -8,6 +8,7 @@ import pytest
 
 import hybrid_addon as hybrid
 from hybrid_addon.blender import cli
+from hybrid_addon.blender.ui import advice
 
 pytestmark = pytest.mark.blender
 
@@ -75,12 +76,24 @@ def test_the_estimate_is_the_rays_of_the_render(row):
 def test_the_list_and_one_click(row):
     assert bpy.ops.hybrid.advise() == {"FINISHED"}
     rows = bpy.context.window_manager.hybrid_advice.rows
-    assert [entry.name for entry in rows] == ["Glass", "Mirror"]
+    assert [entry.name for entry in advice.listed(bpy.context)] == ["Glass", "Mirror"]
     assert bpy.ops.hybrid.flag_advised() == {"FINISHED"}
     assert [ob.name for ob in row.objects if ob.hybrid.ray_traced] == ["Glass", "Mirror"]
-    row.objects["Floor"].hybrid.ray_traced = True  # for no reason
+    row.objects["Floor"].hybrid.ray_traced = True  # for no reason: it has an estimate without asking again
+    assert {entry.name: entry.seconds for entry in advice.listed(bpy.context)}["Floor"] > 0
     bpy.ops.hybrid.advise()
     assert {entry.name: entry.why for entry in rows}["Floor"] == "nothing that EEVEE cannot draw"
+
+
+def test_what_only_its_roughness_keeps_off_the_list_is_counted(row):
+    """With no rays for rough surfaces a rough metal is not listed; one line says so, and what to set."""
+    row.objects["Mirror"].active_material.node_tree.nodes["Principled BSDF"].inputs["Roughness"].default_value = 0.5
+    assert hybrid.advise(row)["notes"] == []
+    row.hybrid.rough_samples = 0
+    found = hybrid.advise(row)
+    assert "Mirror" in [entry["object"] for entry in found["others"] if entry["rough"]]
+    (note,) = found["notes"]
+    assert "rough: set Rough Samples to 1 or more" in note
 
 
 def test_instances_are_advised_by_their_instancer(row):

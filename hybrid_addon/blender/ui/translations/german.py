@@ -234,7 +234,6 @@ GERMAN = {
     "Tick All Suggested": "Alle Vorschläge übernehmen",
     "Make all suggested objects ray traced": "Raytracing für alle vorgeschlagenen Objekte",
     "No object here needs rays": "Kein Objekt hier braucht Raytracing",
-    "Rough surfaces are left to EEVEE": "Raue Oberflächen bleiben EEVEE überlassen",
     "All of them: {}, {:.2g} s to build": "Alle zusammen: {}, {:.2g} s zum Aufbauen",
     "An estimate from a coarse picture traced here": "Geschätzt nach einem groben Bild, das hier verfolgt wurde",
     "{} objects need rays": "{} Objekte brauchen Raytracing",
