@@ -48,6 +48,17 @@ def test_every_situation_has_a_case_and_every_case_a_name_of_its_own() -> None:
     assert all(case.what and case.answer and case.unit and case.tolerance >= 0 for case in CASES)
 
 
+def test_the_page_lists_every_case_with_its_situation() -> None:
+    text = (ROOT / "docs" / "stability.md").read_text(encoding="utf-8")
+    listed = {row.split("`")[1]: row for row in text.splitlines() if row.startswith("| ") and "`" in row}
+    assert {case.name for case in CASES} == listed.keys() - set(BLENDER_CASES)
+    for case in CASES:
+        assert listed[case.name].startswith(f"| {case.number}: {SITUATIONS[case.number]} | `{case.name}` | ")
+        assert listed[case.name].endswith(f" | {case.tolerance:g} {case.unit} |")
+    themes = {row.split(" | ")[0].removeprefix("| ") for row in text.splitlines() if row.startswith("| ")}
+    assert {case.theme for case in CASES} <= themes
+
+
 # ------------------------------------------------------------------------------------------------ a broken tracer
 
 

@@ -230,11 +230,12 @@ def test_the_most_important_warnings_come_first(stage):
     stage.view_layers[0].use_solid = False
     shader = bpy.data.materials["Material"].node_tree.nodes["Principled BSDF"]
     shader.inputs["Subsurface Weight"].default_value = 0.5
-    shader.inputs["Diffuse Roughness"].default_value = 0.5
+    bpy.ops.object.light_add(type="AREA")
+    bpy.context.object.data.spread = 1.0
     told = translated(stage)[2]
     found = [
         next(i for i, line in enumerate(told) if what in line)
-        for what in ("EEVEE draws no surfaces", "Subsurface Weight", "Diffuse Roughness")
+        for what in ("EEVEE draws no surfaces", "Subsurface Weight", "shines to all sides")
     ]
     assert found == sorted(found)
 

@@ -3,10 +3,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 import pytest
 
+from hybrid_addon.blender.render.settings import tracer_settings, with_background
 from hybrid_addon.blender.scan import translated
+from hybrid_addon.scene import Fog, Sphere, Surface
 
 pytestmark = pytest.mark.blender
 
@@ -55,6 +59,26 @@ def test_scatter_and_absorption(of):
     assert medium.anisotropy == pytest.approx(0.3) and "olume" not in told
     medium, told = of("VolumeAbsorption", Color=(0.5, 1, 0, 1), Density=0.4)
     assert medium.absorption == pytest.approx((0.2, 0, 0.4)) and "olume" not in told
+
+
+def test_open_bodies_and_fog_before_see_through_surfaces_are_warned_of(scene):
+    volume(bpy.data.materials["Material"], "VolumeAbsorption", Density=0.4)
+    settings = tracer_settings(scene)
+
+    def told(**changes):
+        traced = translated(scene).scene
+        return with_background(settings, scene, replace(traced, **changes), True)
+
+    assert told() == (settings, [])
+    clear, pane = Surface(opacity=0.5, ior=1.0), Sphere("pane", (0, 0, 0), 1.0, 0, ray_traced=True)
+    seen, warnings = told(surfaces=(clear,), spheres=(pane,))
+    assert seen.passes >= {"background", "passed"} and "fog" in warnings[0] and "see-through" in warnings[0]
+    assert told(surfaces=(clear,), spheres=(pane,), fog=Fog())[1] == []
+    b_mesh = bpy.data.meshes["Cube"]
+    b_mesh.clear_geometry()
+    b_mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    b_mesh.materials.append(bpy.data.materials["Material"])
+    assert "fog of 'Cube' is not traced" in told()[1][0]
 
 
 def test_principled_volume(of):

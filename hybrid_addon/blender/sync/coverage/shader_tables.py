@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Inputs of shaders, volume shaders and outputs.
 
-The layers of a Principled BSDF count only where light reaches them: `_of_*` ask for that.
+The body of a Principled BSDF counts only where light reaches it: `_of_body` asks for that.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..nodes import is_thin_wall
-from .status import LAST, Named, Table, followed, irrelevant, within
+from .status import Named, Table, followed, irrelevant, within
 
 WEIGHT = irrelevant("Blender's own, hidden, and read by no renderer of nodes", "Weight")
 STRINGS = "names of grids of volumes, each of which is named"
@@ -34,14 +34,10 @@ def with_(*names: str) -> Callable[[Any], bool]:
 
 
 def _of_body(node: Any) -> bool:
-    return _of_diffuse(node) and not is_thin_wall(node)
+    return above(node, "Alpha") and below_one(node, "Metallic", "Transmission Weight") and not is_thin_wall(node)
 
 
-def _of_diffuse(node: Any) -> bool:
-    return above(node, "Alpha") and below_one(node, "Metallic", "Transmission Weight")
-
-
-LAMBERT = "is not traced; it is as smooth as Lambert's diffuse"
+LAMBERT = "EEVEE draws rough diffuse surfaces as smooth ones, and so does the traced half"
 COMMON = {**followed("Color, Roughness, Normal"), **WEIGHT}
 ANISOTROPY = followed("Anisotropy, Rotation, Tangent")
 FILM = followed("Thin Film Thickness, Thin Film IOR")
@@ -56,7 +52,7 @@ PRINCIPLED: Table = {
     "Subsurface Weight": Named("is not traced; it is drawn as diffuse", 0.0, _of_body),
     **within("Subsurface Weight", "Subsurface Radius, Subsurface Scale, Subsurface IOR, Subsurface Anisotropy"),
     **followed("Anisotropic, Anisotropic Rotation, Tangent, Thin Film Thickness, Thin Film IOR"),
-    "Diffuse Roughness": Named(LAMBERT, 0.0, _of_diffuse, LAST),
+    **irrelevant(LAMBERT, "Diffuse Roughness"),
     **WEIGHT,
 }
 
@@ -94,7 +90,7 @@ SHADERS: dict[str, Table] = {
     "ShaderNodeBsdfMetallic": {**COMMON, **followed("Base Color, Edge Tint, IOR, Extinction"), **ANISOTROPY, **FILM},
     "ShaderNodeBsdfDiffuse": {
         **followed("Color, Normal"),
-        "Roughness": Named(LAMBERT, 0.0, rank=LAST),
+        **irrelevant(LAMBERT, "Roughness"),
         **WEIGHT,
     },
     "ShaderNodeBsdfTranslucent": {**followed("Color, Normal"), **WEIGHT},
