@@ -34,13 +34,17 @@ def find_caster_bounds(scene: CompiledScene) -> list[BoundingBalls]:
     g = scene.geometry
     members = np.flatnonzero(g.shadow & g.ray_traced & ~scene.surfaces.shadow_clear[g.surface])
     nt, ns = g.triangle_count, g.sphere_count
-    planes, members = members[members >= nt + ns], members[members < nt + ns]
+    is_plane = (members >= nt + ns) & (members < g.flattened_count)
+    planes, members = members[is_plane], members[~is_plane]
     low, high = np.empty((len(members), 3)), np.empty((len(members), 3))
-    flat = members < nt
+    flat, round_ = members < nt, (members >= nt) & (members < nt + ns)
     low[flat], high[flat] = corner_bounds(g.vertices, g.triangles[members[flat]])
-    ball = members[~flat] - nt
-    low[~flat] = g.sphere_center[ball] - g.sphere_radius[ball, None]
-    high[~flat] = g.sphere_center[ball] + g.sphere_radius[ball, None]
+    ball = members[round_] - nt
+    low[round_] = g.sphere_center[ball] - g.sphere_radius[ball, None]
+    high[round_] = g.sphere_center[ball] + g.sphere_radius[ball, None]
+    if g.instanced is not None:
+        row = members[~flat & ~round_] - g.flattened_count
+        low[~flat & ~round_], high[~flat & ~round_] = g.instanced.boxes[g.instanced.instance[row]].transpose(1, 0, 2)
     open_, found = [_Boxes(low, high, members)] if len(members) else [], list[_Boxes]()
     while open_ and len(open_) + len(found) < CASTER_BALLS:
         largest = open_.pop(int(np.argmax([boxes.radius for boxes in open_])))

@@ -37,8 +37,9 @@ from ..core.constants import (
 from ..core.rays import Rays, offset_origin, origin_offset
 from ..core.stats import Stats
 from ..core.vectors import dot, flatnonzero, normalize, take
-from ..geometry.aggregate import Hits, PrimitiveSet
+from ..geometry.aggregate import PrimitiveSet
 from ..geometry.flatten import Geometry
+from ..geometry.hits import Hits
 from ..materials.surfaces import SurfaceTable
 
 Bools = NDArray[np.bool_]
@@ -214,7 +215,7 @@ class ScreenSpaceLookup:
         else:
             distance = -dot(self.axes[:, 2], from_eye)
             direction = np.broadcast_to(self.axes[:, 2:], point.shape)
-        offset = origin_offset(point.astype(np.float32), self.geometry.extent.take(hits.prim[index]))
+        offset = origin_offset(point.astype(np.float32), hits.take(index).extent(self.geometry))
         origin, wi = offset_origin(point, normal, offset), np.ascontiguousarray(direction, np.float32)
         return flatnonzero(~self.veils.occluded(origin, wi, distance.astype(np.float32), stats))
 

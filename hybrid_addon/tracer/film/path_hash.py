@@ -13,10 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...scene import Float64
 from ..core.rays import Rays
 from ..core.sampler import hash32
 from ..core.vectors import flatnonzero, largest_component
 from ..geometry.flatten import Geometry
+from ..geometry.hits import Hits
 
 UInt32 = NDArray[np.uint32]
 
@@ -34,17 +36,19 @@ class Signatures:
     """Signatures of the samples of a tile.
 
     values     : (samples,) uint32, sums over the nodes of each tree, in any order; 0: nothing seen.
-    identity   : (np,) uint32 of the primitives (see `identities`).
+    identity   : what of hits is told apart.
     importance : nodes that bring less than this share of a sample do not count: they cannot make a visible edge.
     """
 
     values: UInt32
-    identity: UInt32
+    identity: Identities
     importance: np.float32
 
-    def add_hits(self, rays: Rays, prim: NDArray[np.intp], entering: NDArray[np.bool_], lit: UInt32) -> None:
-        """Note what rays (n,) hit, from which side, and which lights (n,) reach it."""
-        node = self.identity.take(prim) + lit
+    def add_hits(
+        self, rays: Rays, prim: NDArray[np.integer], face: NDArray[np.integer], entering: NDArray[np.bool_], lit: UInt32
+    ) -> None:
+        """Note what rays (n,) hit (see `Hits`), from which side, and which lights (n,) reach it."""
+        node = self.identity.take(prim, face) + lit
         node[~entering] += INSIDE
         self._add(rays, node)
 
@@ -52,9 +56,9 @@ class Signatures:
         """Note rays that left the scene."""
         self._add(rays, np.full(len(rays), ESCAPED, np.uint32))
 
-    def add_backed(self, rays: Rays, prim: NDArray[np.intp], entering: NDArray[np.bool_]) -> None:
+    def add_backed(self, rays: Rays, hits: Hits) -> None:
         """Note what rays (n,) hit whose light the raster gives."""
-        self.add_hits(rays, prim, entering, np.full(len(rays), BACKED, np.uint32))
+        self.add_hits(rays, hits.prim, hits.face, hits.toward < 0, np.full(len(rays), BACKED, np.uint32))
 
     def add_lamp(self, rays: Rays, key: np.uint32) -> None:
         """Note a lamp that rays (n,) meet, by its key."""
@@ -70,10 +74,32 @@ def child_path(path: UInt32, kind: np.uint32) -> UInt32:
     return hash32(path ^ kind) if len(path) else path
 
 
-def identities(geometry: Geometry) -> UInt32:
-    """(np,) what of a primitive a signature tells apart: the object, the surface, and flat faces by their normals."""
-    steps = np.rint(geometry.facets[:, :3] * NORMAL_STEPS).astype(np.int64)
-    face = (steps[:, 0] * 65537 + steps[:, 1]) * 65537 + steps[:, 2]
-    face[geometry.smooth] = 0
-    key = (face * 8191 + geometry.object) * 8191 + geometry.surface
+class Identities:
+    """What of hits a signature tells apart: the object, the surface, and flat faces by their normals."""
+
+    def __init__(self, geometry: Geometry) -> None:
+        self._geometry = geometry
+        flattened = slice(0, geometry.flattened_count)
+        self._key = np.zeros(len(geometry.object), np.int64)
+        self._key[flattened] = _faces(geometry.facets, geometry.smooth)
+        self._key = (self._key * 8191 + geometry.object) * 8191 + geometry.surface
+        self._hashed = _hashed(self._key)
+
+    def take(self, prim: NDArray[np.integer], face: NDArray[np.integer]) -> UInt32:
+        """(n,) of hits (n,), see `Hits`."""
+        found, instanced = self._hashed.take(prim), self._geometry.instanced
+        if instanced is not None:  # whose faces are known at the hit alone
+            shared = flatnonzero(face >= instanced.first)
+            table, _ = self._geometry.faces_of(face[shared])
+            found[shared] = _hashed(self._key[prim[shared]] + _faces(table.facets, table.smooth) * 8191**2)
+        return found
+
+
+def _hashed(key: NDArray[np.int64]) -> UInt32:
     return hash32((key & 0xFFFFFFFF).astype(np.uint32))
+
+
+def _faces(facets: Float64, smooth: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """(n,) of plane equations (n, 4): the same for like normals, 0 for what is smooth."""
+    steps = np.rint(facets[:, :3] * NORMAL_STEPS).astype(np.int64)
+    return np.where(smooth, 0, (steps[:, 0] * 65537 + steps[:, 1]) * 65537 + steps[:, 2])

@@ -8,7 +8,7 @@ over planes, and the lower primitive number wins (among triangles Embree decides
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +28,10 @@ from ..core.constants import (
 )
 from ..core.rays import offset_origin, origin_offset
 from ..core.stats import Stats
-from ..core.vectors import ALL, Array, Index, dot, flatnonzero, largest_component, take
+from ..core.vectors import Array, dot, flatnonzero, largest_component
 from .flatten import Geometry
+from .hits import Hits
+from .instanced import Faces
 from .shapes import onto_sphere, plane_distance, sphere_distance
 from .trees import trees_over
 
@@ -37,28 +39,6 @@ Bools = NDArray[np.bool_]
 
 SPARSE = 0.5
 """Below this share of hits, compacting them first is faster than working on all rays; it changes no bit."""
-
-
-@dataclass(eq=False)
-class Hits:
-    """The nearest hit of each of n rays.
-
-    prim   : (n,) int32, MISS for none.
-    t      : (n,) float64 from the exact float32 geometry, inf for none.
-    normal : (3, n) float32, unit geometric normal on the outer side of the primitive; meaningless for misses.
-    toward : (n,) float64, normal . direction: negative where the ray comes from outside.
-    """
-
-    prim: Int32
-    t: Float64
-    normal: Float32
-    toward: Float64
-
-    def take(self, index: Index) -> Hits:
-        """The hits `index`, in that order."""
-        if isinstance(index, slice) and index == ALL:
-            return self
-        return Hits(take(self.prim, index), take(self.t, index), take(self.normal, index), take(self.toward, index))
 
 
 class PrimitiveSet:
@@ -70,10 +50,11 @@ class PrimitiveSet:
         """cache: where trees of earlier frames may be found. divided: what is likely to move has a tree of its own."""
         self.geometry = geometry
         nt, ns = geometry.triangle_count, geometry.sphere_count
-        self.triangle_count = int(np.count_nonzero(members[:nt]))
-        self._triangles = trees_over(geometry, members[:nt], SceneCache(0) if cache is None else cache, divided)
+        flattened = geometry.flattened_count
+        self.triangle_count = int(np.count_nonzero(members[:nt]) + np.count_nonzero(members[flattened:]))
+        self._triangles = trees_over(geometry, members, SceneCache(0) if cache is None else cache, divided)
         self._spheres = flatnonzero(members[nt : nt + ns])
-        self._planes = flatnonzero(members[nt + ns :]) + nt + ns
+        self._planes = flatnonzero(members[nt + ns : flattened]) + nt + ns
         self._members = members
         self._hidden: Bools | None = None
         self._side = 1.0
@@ -115,12 +96,12 @@ class PrimitiveSet:
                 return
             face, start, d = hits.take(hidden), origin.take(hidden, axis=1), direction.take(hidden, axis=1)
             point = start + d * face.t
-            offset = origin_offset(point.astype(np.float32), self.geometry.extent.take(face.prim))
+            offset = origin_offset(point.astype(np.float32), face.extent(self.geometry))
             behind = offset_origin(point, face.normal, offset * np.sign(face.toward).astype(np.float32))
             found = self._nearest(behind, d, stats)
             found.t += dot(behind - start.astype(np.float64), d)
             self._sharpen_along(found, start, d)
-            self._store(hits, hidden, found, np.ones(len(hidden), bool))
+            hits.store(hidden, found)
 
     def _is_hidden(self, hits: Hits) -> Bools:
         assert self._hidden is not None
@@ -133,7 +114,8 @@ class PrimitiveSet:
         met = flatnonzero(hits.prim >= 0)
         ball = (hits.prim[met] >= g.triangle_count) & (hits.prim[met] < g.triangle_count + g.sphere_count)
         flat, round_ = met[~ball], met[ball]
-        facets = np.ascontiguousarray(g.facets.take(hits.prim[flat], axis=0).T)
+        table, place = g.faces_of(hits.face[flat])
+        facets = np.ascontiguousarray(table.facets.take(place, axis=0).T)
         hits.t[flat], hits.toward[flat] = plane_distance(facets, origin[:, flat], direction[:, flat])
         sphere = hits.prim[round_] - g.triangle_count
         center, radius = g.sphere_center[sphere].T, g.sphere_radius[sphere]
@@ -142,8 +124,8 @@ class PrimitiveSet:
     def _nearest(self, origin: Float32, direction: Array, stats: Stats) -> Hits:
         rounded: Float32 = direction.astype(np.float32, copy=False)
         with stats.phase("intersect"):
-            prim = self._triangles.intersect(origin, rounded)
-        hits = self._refine(prim, origin, rounded)
+            face = self._triangles.intersect(origin, rounded)
+        hits = self._refine(face, origin, rounded)
         if self.triangle_count:
             self._retrace(hits, origin, rounded, stats)
             self._check_grazing(hits, origin, rounded, stats)
@@ -153,12 +135,17 @@ class PrimitiveSet:
             self._add_shapes(hits, origin, direction)
         return hits
 
-    def _refine(self, prim: Int32, origin: Float32, direction: Float32) -> Hits:
+    def _refine(self, face: NDArray[Any], origin: Float32, direction: Float32) -> Hits:
         """Distances in float64 from the plane equations of the triangles that Embree names."""
+        g = self.geometry
+        if g.instanced is not None:
+            face = face.astype(np.int64, copy=False)
+        prim = face if g.instanced is None else g.rows_of(face).astype(np.int32)
         if not self.triangle_count:
             n = len(prim)
-            return Hits(prim, np.full(n, np.inf), np.zeros((3, n), np.float32), np.zeros(n))
-        return Hits(prim, *refine(self.geometry.facets, prim, origin, direction))
+            return Hits(prim, np.full(n, np.inf), np.zeros((3, n), np.float32), np.zeros(n), face)
+        table, place = g.faces_of(face)
+        return Hits(prim, *refine(table.facets, place, origin, direction), face)
 
     def _retrace(self, hits: Hits, origin: Float32, direction: Float32, stats: Stats) -> None:
         """Advance rays whose hit lies behind them (a rounding error of Embree) and trace them again.
@@ -178,19 +165,12 @@ class PrimitiveSet:
                 again = self._triangles.intersect(moved, d)
             found = self._refine(again, start, d)
             good = (found.t >= 0) | (again == MISS)
-            self._store(hits, spurious[good], found, good)
+            hits.store(spurious[good], found.take(flatnonzero(good)))
             spurious, start, d, step = spurious[~good], start[:, ~good], d[:, ~good], step[~good] * RETRACE_GROWTH
             if len(spurious) == 0:
                 return
-        hits.prim[spurious] = MISS
+        hits.drop(spurious)
         hits.t[spurious] = np.inf
-
-    @staticmethod
-    def _store(hits: Hits, where: NDArray[np.intp], found: Hits, chosen: Bools) -> None:
-        hits.prim[where] = found.prim[chosen]
-        hits.t[where] = found.t[chosen]
-        hits.normal[:, where] = found.normal[:, chosen]
-        hits.toward[where] = found.toward[chosen]
 
     def _check_grazing(self, hits: Hits, origin: Float32, direction: Float32, stats: Stats) -> None:
         """Count grazing hits that float64 finds clearly outside their triangle (they are clamped, not dropped)."""
@@ -198,7 +178,7 @@ class PrimitiveSet:
         if len(grazing) == 0:
             return
         point = origin.take(grazing, axis=1) + hits.t[grazing] * direction.take(grazing, axis=1)
-        u, v = barycentrics(self.geometry, hits.prim[grazing], point, clamp=False)
+        u, v = barycentrics(self.geometry, hits.face[grazing], point, clamp=False)
         # In the plane, the float32 ray itself is uncertain by an ulp over the cosine, and so is the hit.
         slack = BARYCENTRIC_SLACK + FLOAT32_ULP / np.abs(hits.toward[grazing])
         stats.add("barycentrics_out_of_range", np.count_nonzero((u < -slack) | (v < -slack) | (u + v > 1 + slack)))
@@ -206,9 +186,10 @@ class PrimitiveSet:
     def _sharpen(self, hits: Hits, origin: Float32, direction: Float64) -> None:
         """Distances along float64 directions to the triangles that the rounded ones found, if they meet these too."""
         found = flatnonzero(hits.prim >= 0)
-        prim, o, d = hits.prim[found], origin[:, found], direction[:, found]
-        t, toward = plane_distance(self.geometry.facets[prim].T, o, d)
-        u, v = barycentrics(self.geometry, prim, o + t * d, clamp=False)
+        face, o, d = hits.face[found], origin[:, found], direction[:, found]
+        table, place = self.geometry.faces_of(face)
+        t, toward = plane_distance(table.facets[place].T, o, d)
+        u, v = barycentrics(self.geometry, face, o + t * d, clamp=False)
         inside = (t > 0) & (u >= 0) & (v >= 0) & (u + v <= 1)
         hits.t[found[inside]], hits.toward[found[inside]] = t[inside], toward[inside]
 
@@ -233,7 +214,7 @@ class PrimitiveSet:
 
     @staticmethod
     def _replace(hits: Hits, where: NDArray[np.intp], prim: int, t: Float64, normal: Float64, toward: Float64) -> None:
-        hits.prim[where] = prim
+        hits.prim[where] = hits.face[where] = prim
         hits.t[where] = t
         hits.normal[:, where] = normal
         hits.toward[where] = toward
@@ -287,12 +268,13 @@ def _refine_some(
     return t, normal, toward
 
 
-def barycentrics(geometry: Geometry, prim: NDArray[np.integer], point: Float64, clamp: bool = True) -> Float64:
-    """Weights (2, n) of the second and third corner of triangles `prim` at points (3, n), in float64.
+def barycentrics(geometry: Geometry | Faces, face: NDArray[Any], point: Float64, clamp: bool = True) -> Float64:
+    """Weights (2, n) of the second and third corner of triangles `face` at points (3, n), in float64.
 
     Of what is no triangle they mean nothing.
     """
-    result = barycentric_weights(geometry.weights.reshape(-1, 4), prim, point)
+    table, place = geometry.faces_of(face)
+    result = barycentric_weights(table.weights.reshape(-1, 4), place, point)
     return clamped(result) if clamp else result
 
 

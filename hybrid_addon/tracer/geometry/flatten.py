@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The world's geometry as flat arrays: all instances realised, recentred in float64, rounded to float32 once.
+"""The world's geometry as flat arrays: instances realised, recentred in float64, rounded to float32 once.
 
 A *primitive* is a triangle, an analytic sphere or an analytic plane; they are numbered in this order, and every
 per-primitive array runs over all of them. The float32 vertices made here *are* the scene: hit points, normals and
-distances are worked out from them in float64.
+distances are worked out from them in float64. Meshes of very many instances are not realised: see `instanced`.
 """
 
 from __future__ import annotations
@@ -11,13 +11,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32, Float64, Instance, Int32, Plane, Scene, Sphere
 from ..core.cache import PREPARED, SceneCache
-from ..core.constants import MAX_SWELLING, STEADY_SCENE
+from ..core.constants import MAX_SWELLING, MISS, STEADY_SCENE
+from .instanced import Faces, Instanced, divided, instanced_of
 from .instances import (
     Layouts,
     MeshInstances,
@@ -40,7 +42,10 @@ TOGETHER = 1 << 14
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """nt triangles, then ns spheres, then planes: np primitives in all. Coordinates are relative to `center`."""
+    """nt triangles, then ns spheres, then planes: np primitives in all. Coordinates are relative to `center`.
+
+    Where meshes are kept once, tables of objects, surfaces and flags have more rows behind these (see `instanced`).
+    """
 
     center: Float64  # (3,) of the scene's bounds, in world space
     vertices: Float32  # (nv, 3)
@@ -65,6 +70,7 @@ class Geometry:
     dropped: int  # triangles left out because they are degenerate or not finite
     split: int  # triangles made by splitting large ones towards small ray traced objects
     object_values: Mapping[str, Float64]  # key -> (objects, width), what surfaces read of instances
+    instanced: Instanced | None  # meshes that are kept once; None: all are flattened
     bounds_radius: float  # of a ball around the centre that holds the whole scene; infinite if there are planes
 
     @cached_property
@@ -81,6 +87,43 @@ class Geometry:
         return len(self.triangles)
 
     @property
+    def flattened_count(self) -> int:
+        """np: triangles, spheres and planes."""
+        return len(self.facets)
+
+    def rows_of(self, face: NDArray[Any]) -> NDArray[Any]:
+        """The rows (n,), in tables of all primitives, of faces (n,); MISS stays."""
+        if self.instanced is None:
+            return face
+        result, shared = face.copy(), np.flatnonzero(face >= self.instanced.first)
+        result[shared] = self.instanced.rows(face[shared])
+        return result
+
+    def faces_of(self, face: NDArray[Any]) -> tuple[Geometry | Faces, NDArray[Any]]:
+        """Tables with `facets`, `weights`, `extent`, `smooth`, `normals` and `heights` of faces (n,), and where in them
+        each has its own; MISS stays."""
+        if self.instanced is None:
+            return self, face
+        met = np.flatnonzero(face >= 0)
+        place = np.full(len(face), MISS, np.int32)
+        place[met] = np.arange(len(met), dtype=np.int32)
+        return Faces(self, face[met]), place
+
+    def is_triangle(self, face: NDArray[Any]) -> Bools:
+        """(n,) of faces (n,)."""
+        on_flattened: Bools = face < self.triangle_count
+        return on_flattened if self.instanced is None else on_flattened | (face >= self.instanced.first)
+
+    def corners_of(self, face: NDArray[Any], key: str, start: int, width: int) -> Float32 | None:
+        """(3 corners, width, n) of triangles `face` (n,): data by key, which stand from `start` on; None: no triangle
+        has any."""
+        if self.instanced is not None:
+            return Faces(self, face).corner_data(key, start, width)
+        if self.corner_data is None:
+            return None
+        return self.corner_data.take(face, axis=0).T.reshape(3, -1, len(face))[:, start : start + width]
+
+    @property
     def sphere_count(self) -> int:
         """Spheres come right after the triangles."""
         return len(self.sphere_radius)
@@ -91,32 +134,56 @@ def flatten(
     layouts: Layouts,
     use_normals: bool = True,
     cache: SceneCache | None = None,
+    apart: Bools | None = None,
 ) -> Geometry:
     """Realise all visible instances.
 
     layouts     : for each surface of the scene what it reads of a mesh's corners.
     use_normals : False leaves the shading normals out (a plan that never shades).
     cache       : what an earlier frame has left, and what this one leaves.
+    apart       : (s,) surfaces of bodies that are worked on one by one: their instances are flattened. None: all are.
     """
     cache = SceneCache(0) if cache is None else cache
     batches = list(mesh_instances_of(scene))
     spheres, planes = [s for s in scene.spheres if visible(s)], [p for p in scene.planes if visible(p)]
-    center, radius = _center_and_radius(scene, batches, spheres, cache)
+    boxes = [bounds_of_batch(batch, cache) for batch in batches]
+    center, radius = _center_and_radius(scene, batches, boxes, spheres)
+    kept: list[MeshInstances] = []
+    if apart is not None:
+        batches, kept = divided(scene, batches, boxes, apart)
     shapes = _shapes(batches, center, use_normals, cache)
     parts = [_realise(batch, shape, layouts) for batch, shape in zip(batches, shapes, strict=True)]
     mesh = join(parts) if parts else no_triangles()
     balls = np.array([(*np.subtract(b.center, center), b.radius) for b in spheres if b.ray_traced]).reshape(-1, 4)
-    mesh = split_large_triangles(mesh, balls)
+    instanced = _instanced(kept, center, len(mesh.triangles) + len(spheres) + len(planes), cache)
+    mesh = split_large_triangles(mesh, np.concatenate([balls, _balls(instanced)]))
+    if instanced is not None:  # splitting has made more triangles
+        instanced = instanced.after(len(mesh.triangles) + len(spheres) + len(planes))
     analytic: list[Sphere | Plane] = [*scene.spheres, *scene.planes]
     numbers = [number for number, thing in enumerate(analytic, len(scene.instances)) if visible(thing)]
-    return _assemble(mesh, layouts, center, np.inf if planes else radius, spheres, planes, numbers)
+    return _assemble(mesh, layouts, center, np.inf if planes else radius, spheres, planes, numbers, instanced)
+
+
+def _instanced(kept: list[MeshInstances], center: Float64, first: int, cache: SceneCache) -> Instanced | None:
+    """What is kept as instances, whose faces are those from `first` on."""
+    if not kept:
+        return None
+    flags = [np.array([_flags(i) for i in batch.instances], bool).T for batch in kept]
+    return instanced_of(kept, [bounds_of_batch(batch, cache) for batch in kept], center, first, flags)
+
+
+def _balls(instanced: Instanced | None) -> Float64:
+    """(b, 4) centres and radii of the bounds of ray traced instances."""
+    if instanced is None:
+        return np.zeros((0, 4))
+    low, high = instanced.bounds(instanced.flags[0]).astype(np.float64).transpose(1, 0, 2)
+    return np.concatenate([(low + high) / 2, np.sqrt(((high - low) ** 2).sum(axis=1))[:, None] / 2], axis=1)
 
 
 def _center_and_radius(
-    scene: Scene, batches: list[MeshInstances], spheres: Sequence[Sphere], cache: SceneCache
+    scene: Scene, batches: list[MeshInstances], boxes: list[Float64], spheres: Sequence[Sphere]
 ) -> tuple[Float64, float]:
     """The centre of coordinates, and the radius of a ball around it that holds everything, however it swells."""
-    boxes = [bounds_of_batch(batch, cache) for batch in batches]
     everything, ray_traced = (_box(batches, boxes, spheres, only_ray_traced) for only_ray_traced in (False, True))
     if not len(everything):
         return np.array(scene.camera.matrix_world, np.float64)[:3, 3], 0.0
@@ -200,6 +267,7 @@ def _assemble(
     spheres: Sequence[Sphere],
     planes: Sequence[Plane],
     numbers: list[int],
+    instanced: Instanced | None,
 ) -> Geometry:
     """Append the analytic shapes, of these numbers in the scene, to the triangles."""
     ns = len(spheres)
@@ -215,6 +283,11 @@ def _assemble(
     sphere_extent = np.abs(sphere_center).max(1, initial=0) + sphere_radius
     # A plane is as large as what stands on it: one through the very centre must not lose its scale.
     scale = max(np.max(mesh.extent, initial=0.0), np.max(sphere_extent, initial=0.0))
+    objects, surfaces = np.array(numbers, np.intp), np.array([a.surface for a in analytic], np.int32)
+    if instanced is not None:
+        scale = max(scale, np.max(np.abs(instanced.boxes)))
+        objects, surfaces = np.append(objects, instanced.object), np.append(surfaces, instanced.surface)
+        flags = np.concatenate([flags, instanced.flags], axis=1)
     extent = np.concatenate([sphere_extent, np.maximum(np.abs(distance), scale)])
     return Geometry(
         center=center,
@@ -227,9 +300,9 @@ def _assemble(
         smooth=np.concatenate([mesh.smooth, np.zeros(len(analytic), bool)]),
         corner_data=mesh.corner_data,
         layouts=layouts,
-        object=np.concatenate([mesh.object, np.array(numbers, np.intp)]).astype(np.intp),
+        object=np.concatenate([mesh.object, objects]).astype(np.intp),
         source=mesh.source,
-        surface=np.concatenate([mesh.surface, np.array([a.surface for a in analytic], np.int32)]).astype(np.intp),
+        surface=np.concatenate([mesh.surface, surfaces]).astype(np.intp),
         ray_traced=flags[0],
         camera=flags[1],
         shadow=flags[2],
@@ -240,5 +313,6 @@ def _assemble(
         dropped=mesh.dropped,
         split=mesh.split,
         object_values={},
+        instanced=instanced,
         bounds_radius=radius,
     )

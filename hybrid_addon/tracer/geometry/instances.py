@@ -20,6 +20,9 @@ Bools = NDArray[np.bool_]
 PARAMETRIC = ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))
 """Barycentrics of the three corners, as Geometry's Parametric has them."""
 
+AT_ONCE = 1 << 20
+"""Vertices of instances that are in memory at once while their bounds are found: 25 MB."""
+
 Layouts = Sequence[Mapping[str, tuple[int, int]]]
 """For each surface, key of what it reads of a corner -> (start, width)."""
 
@@ -37,6 +40,14 @@ class MeshInstances:
     def size(self) -> int:
         """Triangles of all."""
         return len(self.instances) * len(self.mesh.triangles)
+
+    def only(self, index: NDArray[np.intp]) -> MeshInstances:
+        """The instances `index`, ascending; itself if these are all."""
+        if len(index) == len(self.instances):
+            return self
+        chosen = index.tolist()
+        instances, numbers = [self.instances[i] for i in chosen], [self.numbers[i] for i in chosen]
+        return MeshInstances(self.mesh, instances, numbers, self.matrices[index])
 
     @cached_property
     def vertices(self) -> Float64:
@@ -115,6 +126,11 @@ def bounds_of_batch(batch: MeshInstances, cache: SceneCache) -> Float64:
 
 def bounds_of_instances(batch: MeshInstances) -> Float64:
     """(k, 2, 3) lowest and highest coordinates of each instance's traceable vertices; low > high: none."""
+    k, nv = len(batch.instances), len(batch.mesh.vertices)
+    if k > 1 and k * nv > AT_ONCE:
+        step = max(1, AT_ONCE // nv)
+        index = np.arange(k)
+        return np.concatenate([bounds_of_instances(batch.only(index[i : i + step])) for i in range(0, k, step)])
     rows = batch.vertices
     usable = (np.abs(rows) < EMBREE_LIMIT).all(axis=0)  # not NaN
     low, high = np.where(usable, rows, np.inf).min(axis=2), np.where(usable, rows, -np.inf).max(axis=2)
@@ -137,7 +153,7 @@ def shapes_of(batches: Sequence[MeshInstances], center: Float64, use_normals: bo
     curved = [(part, n) for part, n in zip(parts, normals, strict=True) if n is not None]
     if curved:
         there = np.concatenate([np.arange(part.start, part.stop) for part, _ in curved])
-        smooth[there] = _is_smooth(np.concatenate([n for _, n in curved]), facets.take(there, axis=0))
+        smooth[there] = is_smooth(np.concatenate([n for _, n in curved]), facets.take(there, axis=0))
     found = []
     for part, v, t, n in zip(parts, vertices, triangles, normals, strict=True):
         kept = select(sound[part])
@@ -202,7 +218,7 @@ def _corner_normals(batch: MeshInstances) -> Float32 | None:
     return rows.take(corners.reshape(-1), axis=0).reshape(-1, 9)
 
 
-def _is_smooth(normals: Float32, facets: Float64) -> Bools:
+def is_smooth(normals: Float32, facets: Float64) -> Bools:
     """Triangles whose shading normal can differ from the geometric one, and whose normals are usable at all."""
     rows = np.ascontiguousarray(normals.T)
     flat = (rows.reshape(3, 3, -1) == facets[:, :3].T.astype(np.float32)).all(axis=(0, 1))

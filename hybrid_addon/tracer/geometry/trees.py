@@ -3,33 +3,40 @@
 
 from __future__ import annotations
 
+from functools import partial
+from itertools import pairwise
+from typing import Any, Protocol
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32, Int32
 from ..core.cache import IN_TREES, Digest, SceneCache
-from ..core.constants import BUILD_SECONDS, QUERY_SECONDS, RAYS_PER_SAMPLE
+from ..core.constants import BUILD_SECONDS, MISS, QUERY_SECONDS, RAYS_PER_SAMPLE
 from ..core.vectors import flatnonzero
-from .embree import TriangleScene
+from .embree import InstanceScene, Triangles, TriangleScene
 from .flatten import Geometry
+from .instanced import Instanced
 from .shapes import plane_distance
 
 Bools = NDArray[np.bool_]
 
 
 class TwoTrees:
-    """What stands still in one tree, what moves in another: the nearer of two hits, at equal distance the lower number.
+    """What stands still in one tree, what moves, or instances, in another: the nearer of two hits, at equal distance
+    the lower number.
 
     The distances compared are those in float64 from the planes of the triangles.
     """
 
-    def __init__(self, geometry: Geometry, still: TriangleScene, moving: TriangleScene) -> None:
+    def __init__(self, geometry: Geometry, still: Tree, moving: Tree) -> None:
         self._geometry, self._still, self._moving = geometry, still, moving
 
-    def intersect(self, origin: Float32, direction: Float32) -> Int32:
+    def intersect(self, origin: Float32, direction: Float32) -> Any:
         """As `TriangleScene.intersect`."""
         found, other = self._still.intersect(origin, direction), self._moving.intersect(origin, direction)
         met = flatnonzero(other >= 0)
+        found = found.astype(other.dtype, copy=False)  # faces of instances have longer numbers
         rival, mine = other[met], found[met]
         both = flatnonzero(mine >= 0)
         nearer = np.ones(len(met), bool)
@@ -40,8 +47,9 @@ class TwoTrees:
         found[met[nearer]] = rival[nearer]
         return found
 
-    def _distance(self, prim: Int32, origin: Float32, direction: Float32) -> NDArray[np.float64]:
-        facets = np.ascontiguousarray(self._geometry.facets.take(prim, axis=0).T)
+    def _distance(self, face: Int32, origin: Float32, direction: Float32) -> NDArray[np.float64]:
+        table, place = self._geometry.faces_of(face)
+        facets = np.ascontiguousarray(table.facets.take(place, axis=0).T)
         return plane_distance(facets, origin, direction)[0]
 
     def occluded(self, origin: Float32, direction: Float32, t_max: Float32) -> Bools:
@@ -52,7 +60,75 @@ class TwoTrees:
         return blocked
 
 
-def trees_over(geometry: Geometry, members: Bools, cache: SceneCache, divided: bool) -> TriangleScene | TwoTrees:
+class Tree(Protocol):
+    """Triangles that rays are sent to; what is found are faces."""
+
+    def intersect(self, origin: Float32, direction: Float32) -> Any:
+        """As `TriangleScene.intersect`."""
+
+    def occluded(self, origin: Float32, direction: Float32, t_max: Float32) -> Bools:
+        """As `TriangleScene.occluded`."""
+
+
+class InstanceTree:
+    """Instances of the meshes that are kept once, of the rows `members` (C,) bool: a tree of each mesh, or of the part
+    of it that some instances have, and one tree over all instances."""
+
+    def __init__(self, instanced: Instanced, members: Bools, cache: SceneCache) -> None:
+        self._instanced = instanced
+        groups, numbers, triangles = [], [], []
+        matrices = instanced.matrices.copy()
+        matrices[:, :, 3] -= instanced.center
+        for mesh, (start, end) in enumerate(pairwise(instanced.start.tolist())):
+            of_mesh = flatnonzero(instanced.mesh == mesh)
+            slots = instanced.slots[start:end]
+            rows = instanced.row[of_mesh, None] - instanced.first + np.arange(int(np.max(slots, initial=0)) + 1)
+            patterns, which = np.unique(members[rows], axis=0, return_inverse=True)
+            for number, pattern in enumerate(patterns):
+                local = flatnonzero(pattern[slots])
+                if len(local):
+                    chosen = of_mesh[which.reshape(-1) == number]
+                    arrays = _compact(instanced.vertices, instanced.triangles[start:end][local])
+                    key = Digest(*arrays)
+                    tree = cache.take(key, partial(Triangles, *arrays), IN_TREES, len(local))
+                    groups.append((tree, matrices[chosen].astype(np.float32)))
+                    numbers.append(chosen)
+                    triangles.append(local)
+        self._numbers, self._number_start = _joined(numbers)
+        self._triangles, self._triangle_start = _joined(triangles)
+        self._scene = InstanceScene(groups)
+
+    def intersect(self, origin: Float32, direction: Float32) -> NDArray[np.int64]:
+        """As `TriangleScene.intersect`: faces."""
+        triangle, group, number = self._scene.nearest(origin, direction)
+        met = flatnonzero(triangle >= 0)
+        group, face = group[met], np.full(len(triangle), MISS, np.int64)
+        instance = self._numbers[self._number_start[group] + number[met]]
+        local = self._triangles[self._triangle_start[group] + triangle[met]]
+        face[met] = self._instanced.first + instance * self._instanced.stride + local
+        return face
+
+    def occluded(self, origin: Float32, direction: Float32, t_max: Float32) -> Bools:
+        """As `TriangleScene.occluded`."""
+        return self._scene.occluded(origin, direction, t_max)
+
+
+def _joined(parts: list[NDArray[np.intp]]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """All in one, and where each begins."""
+    return np.concatenate(parts), np.cumsum([0, *(len(part) for part in parts)])
+
+
+def trees_over(geometry: Geometry, members: Bools, cache: SceneCache, divided: bool) -> Tree:
+    """Trees over the triangles among the primitives `members` (np,) bool."""
+    of_triangles = _over_triangles(geometry, members[: geometry.triangle_count], cache, divided)
+    instanced, of_instances = geometry.instanced, members[geometry.flattened_count :]
+    if instanced is None or not of_instances.any():
+        return of_triangles
+    tree = InstanceTree(instanced, of_instances, cache)
+    return TwoTrees(geometry, of_triangles, tree) if members[: geometry.triangle_count].any() else tree
+
+
+def _over_triangles(geometry: Geometry, members: Bools, cache: SceneCache, divided: bool) -> TriangleScene | TwoTrees:
     """Trees over the triangles `members` (nt,) bool."""
     moving = members & geometry.moves[: len(members)]
     if divided and moving.any() and (members & ~moving).any():

@@ -13,7 +13,7 @@ from ..core.stats import Stats
 from ..core.vectors import Array, Index
 from ..film.path_hash import REFLECTED, TRANSMITTED, child_path
 from ..film.samples import SampleBuffer
-from ..geometry.aggregate import Hits
+from ..geometry.hits import Hits
 from ..prepare.compiled import CompiledScene
 from ..shading.closures import closures_at
 from ..shading.interaction import Interaction

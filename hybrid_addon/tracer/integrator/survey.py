@@ -26,7 +26,7 @@ from ..core.sampler import Sampler, pixel_keys
 from ..core.stats import Stats
 from ..core.vectors import Index, largest_component
 from ..film.samples import SampleBuffer
-from ..geometry.aggregate import Hits
+from ..geometry.hits import Hits
 from ..prepare.compiled import CompiledScene
 from ..prepare.validate import validate
 from ..shading.interaction import Interaction

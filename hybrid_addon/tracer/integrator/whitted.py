@@ -17,13 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32
-from ..core.constants import LONGEST_WAVE, MISS
+from ..core.constants import LONGEST_WAVE
 from ..core.rays import BACKGROUND, Rays, concatenate, traceable
 from ..core.sampler import Sampler
 from ..core.stats import Stats
 from ..core.vectors import Index, add, count, flatnonzero, largest_component, no_brighter, select, take
 from ..film.samples import SampleBuffer
-from ..geometry.aggregate import Hits, PrimitiveSet
+from ..geometry.aggregate import PrimitiveSet
+from ..geometry.hits import Hits
 from ..prepare.compiled import CompiledScene
 from ..shading.closures import ClosureHits, closures_at
 from ..shading.direct import direct_light
@@ -190,14 +191,13 @@ def _closest_hits(scene: CompiledScene, rays: Rays, by_camera: PrimitiveSet, sta
         hits = by_camera.nearest(rays.origin, rays.direction, stats)
     else:
         n = len(rays)
-        hits = Hits(np.empty(n, np.int32), np.empty(n), np.empty((3, n), np.float32), np.empty(n))
+        hits = Hits.empty(n, scene.geometry)
         for members, primitives in ((rays.camera, by_camera), (~rays.camera, later)):
             index = flatnonzero(members)
             part = primitives.nearest(rays.origin[:, index], rays.direction[:, index], stats)
-            hits.prim[index], hits.t[index] = part.prim, part.t
-            hits.normal[:, index], hits.toward[index] = part.normal, part.toward
+            hits.store(index, part)
     beyond = hits.t > rays.t_max
-    hits.prim[beyond] = MISS
+    hits.drop(beyond)
     return hits
 
 
@@ -268,7 +268,7 @@ def add_backed(
     sample_buffer.add_radiance(found.sample, found.throughput * radiance, found.branch)
     sample_buffer.add_backed(found.sample, found.throughput)
     if sample_buffer.signatures is not None:
-        sample_buffer.signatures.add_backed(found, hits.prim[index].astype(np.intp), hits.toward[index] < 0)
+        sample_buffer.signatures.add_backed(found, hits.take(index))
     left = hit.copy()
     left[index] = False
     return left
@@ -315,7 +315,7 @@ def add_light(scene: CompiledScene, closures: ClosureHits, sample_buffer: Sample
             weighted *= take(dimming, index)
         sample_buffer.add_radiance(take(rays.sample, index), weighted, take(rays.branch, index))
     if signatures is not None and lit is not None:
-        signatures.add_hits(rays, at.prim, at.entering, lit)
+        signatures.add_hits(rays, at.prim, at.face, at.entering, lit)
 
 
 def _dimming(scene: CompiledScene, closures: ClosureHits, sent: list[tuple[Index, Float32]]) -> Float32 | None:

@@ -43,7 +43,8 @@ def find_solids(scene: Scene, geometry: Geometry, table: SurfaceTable) -> tuple[
     thin = np.zeros(len(transmits), bool)
     thin[bodies.take(np.flatnonzero(is_thin)).prims] = True
     if thin.any():
-        geometry = replace(geometry, extent=np.where(thin, THIN_CLEARANCE * geometry.extent, geometry.extent))
+        of_flattened = thin[: geometry.flattened_count]
+        geometry = replace(geometry, extent=np.where(of_flattened, THIN_CLEARANCE * geometry.extent, geometry.extent))
     parts = bodies.take(np.flatnonzero(~is_thin))
     solids = _grouped(geometry, parts)
     geometry, rows = _swell(geometry, solids)

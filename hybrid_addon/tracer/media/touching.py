@@ -97,7 +97,7 @@ class _Boxes:
 
 def neighbour_extent(g: Geometry, solids: Bodies) -> Float64:
     """(b,) the largest extent of triangles and planes, of no solid, that each solid touches; 0: it touches none."""
-    flat = np.ones(len(g.surface), bool)
+    flat = np.ones(g.flattened_count, bool)
     flat[solids.prims] = False
     flat[g.triangle_count : g.triangle_count + g.sphere_count] = False
     others = np.flatnonzero(flat)
@@ -119,6 +119,9 @@ def neighbour_extent(g: Geometry, solids: Bodies) -> Float64:
                 around = (points >= low[near].min(axis=0) - own) & (points <= high[near].max(axis=0) + own)
                 touched = near[_touches(g, points[around.all(axis=1)], others[near], reach)]
             result[i] = max(result[i], np.max(extent[touched], initial=0.0))
+        if g.instanced is not None:  # what is kept as instances is not looked at closely: its bounds will do
+            of_instances = g.instanced.extent_within(solids.low[i] - own, solids.high[i] + own)
+            result[i] = max(result[i], of_instances)
     return result
 
 

@@ -22,11 +22,12 @@ from ..core.stats import Stats
 from ..core.vectors import select
 from ..emitters.light import CompiledLight
 from ..emitters.screen_space import ScreenSpaceLookup
-from ..geometry.aggregate import Hits, PrimitiveSet
+from ..geometry.aggregate import PrimitiveSet
+from ..geometry.hits import Hits
 from ..geometry.trees import divides
-from .footprint import require_memory
+from .footprint import require_memory, triangles_by_mesh
 from .plan import Plan
-from .tables import prepare
+from .tables import load_what_finds_instances, prepare
 
 
 class ShadowCasters(NamedTuple):
@@ -68,11 +69,12 @@ class CompiledScene:
         """
         x0, y0, x1, y1 = scene.camera.window
         pixels = (x1 - x0) * (y1 - y0) if pixels is None else pixels
+        load_what_finds_instances(scene)
         require_memory(scene, settings, pixels, cache)
         self.settings, self.arriving = settings, scene.arriving
         self.asks_rays = any(reads_ray(surface) for surface in scene.surfaces)
         self._kept = SceneCache(0) if cache is None else cache
-        self._kept.begin(sum(len(scene.meshes[i.mesh].triangles) for i in scene.instances))
+        self._kept.begin(triangles_by_mesh(scene).total())
         prepared = prepare(scene, settings, self._kept)
         self.camera = prepared.camera
         self.geometry, self.surfaces, self.world = prepared.geometry, prepared.surfaces, prepared.world

@@ -13,9 +13,11 @@ import numpy as np
 
 from ... import memory
 from ...expressions import expressions_of
-from ...scene import Scene, Settings, Texture
+from ...scene import Scene, Settings, Surface, Texture
 from ..core.cache import SceneCache
+from ..geometry.embree import has_kernels
 from ..geometry.flatten import Geometry
+from ..geometry.instanced import saved_by_instancing
 from .texels import images_of
 
 GEOMETRY_BYTES = 450
@@ -43,7 +45,7 @@ def expected(scene: Scene, settings: Settings, pixels: int) -> dict[str, int]:
 
     pixels : to be traced.
     """
-    triangles = sum(_triangles_by_mesh(scene).values())
+    triangles = triangles_by_mesh(scene).total()
     transmits = any(_is_below_one(part.opacity) for s in scene.surfaces for part in s.parts)
     x0, y0, x1, y1 = scene.camera.window
     threads = settings.threads or os.cpu_count() or 1
@@ -62,7 +64,7 @@ def require_memory(scene: Scene, settings: Settings, pixels: int, cache: SceneCa
     if cache is not None and there is not None and sum(needed.values()) > there:
         cache.forget()
         there = memory.available()
-    by_mesh = _triangles_by_mesh(scene)
+    by_mesh = triangles_by_mesh(scene)
     if by_mesh:
         number, most = by_mesh.most_common(1)[0]
         total = sum(by_mesh.values())
@@ -80,7 +82,7 @@ def taken(scene: Scene, geometry: Geometry, film: Iterable[np.ndarray[Any, Any]]
     return {
         "peak": memory.peak(),
         "meshes": sum(_bytes_of(mesh) for mesh in scene.meshes),
-        "geometry": _bytes_of(geometry),
+        "geometry": _bytes_of(geometry) + (0 if geometry.instanced is None else _bytes_of(geometry.instanced)),
         "search_trees": geometry.triangle_count * TREE_BYTES,
         "film": sum(array.nbytes for array in film),
         "textures": sum(textures.values()),
@@ -101,11 +103,21 @@ def of_textures(scene: Scene) -> dict[str, int]:
     return dict(found.most_common())
 
 
-def _triangles_by_mesh(scene: Scene) -> Counter[int]:
+def triangles_by_mesh(scene: Scene) -> Counter[int]:
+    """Mesh -> triangles that are made of it, or kept: of all its instances, or once (see `geometry.instanced`)."""
+    kept = set(saved_by_instancing(scene)) if has_kernels() else set()
+    lone = [_may_be_solid(surface) for surface in scene.surfaces]
     found: Counter[int] = Counter()
     for instance in scene.instances:
-        found[instance.mesh] += len(scene.meshes[instance.mesh].triangles)
+        mesh = instance.mesh
+        if mesh not in kept or mesh not in found or any(lone[surface] for surface in instance.surfaces):
+            found[mesh] += len(scene.meshes[mesh].triangles)
     return found
+
+
+def _may_be_solid(surface: Surface) -> bool:
+    parts = (surface, *(closure.surface for closure in surface.closures))
+    return any(_is_below_one(s.opacity) and not (s.thin or (isinstance(s.ior, float) and s.ior == 1.0)) for s in parts)
 
 
 def _is_below_one(opacity: Any) -> bool:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...expressions import reads_of_instance
 from ...scene import Camera, Expression, Float64, Scene, Settings, Surface, World
@@ -18,7 +19,10 @@ from ..core.cache import SceneCache, key_of
 from ..emitters.light import CompiledLight
 from ..emitters.lights import compile_lights
 from ..emitters.world import CompiledWorld
+from ..geometry.embree import QUERIES, has_kernels
 from ..geometry.flatten import Geometry, flatten
+from ..geometry.instanced import saved_by_instancing
+from ..kernels import loading
 from ..materials.surfaces import SurfaceTable, compile_surfaces, layout
 from ..media.fog import CompiledFog, compile_fog
 from ..media.nested import Media
@@ -26,6 +30,8 @@ from ..media.solids import find_solids
 from .plan import Plan, Tables, make_plan
 from .texels import with_finite_texels
 from .validate import validate
+
+Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +60,8 @@ def prepare(scene: Scene, settings: Settings, cache: SceneCache | None = None) -
     scene, black_texels = with_finite_texels(scene, cache)
     surfaces, world = compile_surfaces(scene.surfaces), _world(scene.world, cache)
     layouts = [layout(surfaces.surfaces[owner]) for owner in surfaces.owner]
-    geometry, media = find_solids(scene, flatten(scene, layouts, cache=cache), surfaces)
+    geometry = flatten(scene, layouts, cache=cache, apart=_apart(scene, surfaces))
+    geometry, media = find_solids(scene, geometry, surfaces)
     geometry = replace(geometry, object_values=object_values(scene, surfaces.surfaces))
     lights = compile_lights((*scene.lights, *world.suns), geometry.center, geometry.object)
     fog = _fog(scene, geometry.center, cache)
@@ -62,6 +69,22 @@ def prepare(scene: Scene, settings: Settings, cache: SceneCache | None = None) -
     tables = Tables(geometry, media, surfaces, world, lights, fog, scattered)
     plan, lights, lamps = make_plan(scene, settings, tables, black_texels)
     return Prepared(scene.camera, geometry, media, surfaces, world, lights, lamps, plan, fog, scattered)
+
+
+def _apart(scene: Scene, surfaces: SurfaceTable) -> Bools | None:
+    """(s,) the surfaces of bodies that are worked on one by one: solids swell where they touch others. None: there are
+    too few instances to keep meshes once, or no kernels, which alone find them."""
+    load_what_finds_instances(scene)
+    if not saved_by_instancing(scene) or not has_kernels():
+        return None
+    return surfaces.bounds_solids & (surfaces.refracts | surfaces.absorbs)
+
+
+def load_what_finds_instances(scene: Scene) -> None:
+    """Wait for the kernels that ask Embree, a second or two, where a scene gains by instances: spreading them out would
+    take longer. Others need not be there."""
+    if not has_kernels() and saved_by_instancing(scene):
+        loading.load(QUERIES)
 
 
 def object_values(scene: Scene, surfaces: Sequence[Surface]) -> dict[str, Float64]:

@@ -24,7 +24,7 @@ from ..core.sampler import Sampler, pixel_keys
 from ..core.stats import Stats
 from ..film.ended_rays import count_samples
 from ..film.filter import Grid, PixelFilter
-from ..film.path_hash import Signatures, identities
+from ..film.path_hash import Identities, Signatures
 from ..film.picture import ResolvedImage
 from ..film.pixels import PixelBuffer
 from ..film.samples import BRANCHES, SampleBuffer, wanted_aovs
@@ -108,7 +108,7 @@ class Passes:
         self.speed = 0.0  # camera rays a second of each thread or process, in the last pass
         self.overhead = 0.0  # seconds of a pass of few rays; 0: not known, nobody asks
         self.pool = WorkerPool(self.settings)
-        self._identity = identities(scene.geometry) if self.settings.adaptive > 0 else None
+        self._identity = Identities(scene.geometry) if self.settings.adaptive > 0 else None
         self._board = zeros((len(self.grid),), np.int32)
         self._seen: list[PrimitiveSet] = []
         self.began, self.deadline = time.perf_counter(), deadline

@@ -72,7 +72,7 @@ def closures_at(
         return ClosureHits(rays, resolve(scene.geometry, at, t), t)
     # Each closure, and its weight here.
     owner, row, part = table.closures_of(at.surface)
-    way = at.prim, at.surface, at.point, at.entering, at.n_shading, at.wo, t, at.came
+    way = at.face, at.surface, at.point, at.entering, at.n_shading, at.wo, t, at.came
     weight = closure_weights(scene.geometry, table, *way, owner, row, part)
     if len(rays.closure):
         weight = _as_entered(table, rays, at, owner, row, weight)

@@ -14,8 +14,8 @@ from ..core.constants import LEAST_COSINE
 from ..core.rays import Rays, RayState
 from ..core.sampler import Draws
 from ..core.vectors import ALL, Array, Index, dot, flatnonzero, take, write
-from ..geometry.aggregate import Hits
 from ..geometry.flatten import Geometry
+from ..geometry.hits import Hits
 from ..materials.columns import CROSSING, HitValues, plain_columns
 from ..materials.fields import fields_of, limited
 from ..materials.principled import layered_columns
@@ -51,7 +51,7 @@ def resolve(geometry: Geometry, at: Interaction, distance: Float64) -> Interacti
     """
     if not at.table.varies.take(at.surface).any():
         return at
-    way = at.prim, at.surface, at.point, at.entering, at.n_shading, at.wo, distance
+    way = at.face, at.surface, at.point, at.entering, at.n_shading, at.wo, distance
     assigned = hit_groups(geometry, at.table, *way, at.came)
     n_shading = _turned(assigned, at.n_shading)
     cos = np.maximum(dot(at.wo, n_shading), 0)  # one that looks away from the eye is seen edge on
@@ -72,10 +72,10 @@ def resolve_crossings(
     hits, origin, wi : of these, and their rays (3, m).   came : how these came.
     Of columns there are the rows CROSSING alone.
     """
-    prim, cos = hits.prim.astype(np.intp), np.abs(hits.toward)
+    face, cos = hits.face.astype(np.intp, copy=False), np.abs(hits.toward)
     normal = hits.normal * -np.sign(hits.toward).astype(np.float32)
     assigned = hit_groups(
-        geometry, table, prim, surface.take(told), origin + wi * hits.t, hits.toward < 0, normal, -wi, hits.t, came,
+        geometry, table, face, surface.take(told), origin + wi * hits.t, hits.toward < 0, normal, -wi, hits.t, came,
         told,
     )  # fmt: skip
     cosines = np.zeros(len(seen.place))
@@ -95,7 +95,7 @@ class _HitGroup:
 
 
 def hit_groups(
-    geometry: Geometry, table: SurfaceTable, prim: Numbers, surface: Numbers, point: Float64, entering: Bools,
+    geometry: Geometry, table: SurfaceTable, face: Numbers, surface: Numbers, point: Float64, entering: Bools,
     normal: Float32, wo: Float32, distance: Float64, came: RayState | None, among: Index = ALL,
 ) -> list[_HitGroup]:  # fmt: skip
     """The surfaces with expressions among those of n hits, which are the hits `among` some others."""
@@ -103,7 +103,7 @@ def hit_groups(
     met = flatnonzero(np.bincount(surface, minlength=len(table.expressive)))
     for number in met[table.expressive[met]].tolist():
         hits = flatnonzero(surface == number)
-        data = HitData(geometry, number, prim, point, entering, normal, wo, distance, came, hits)
+        data = HitData(geometry, number, face, point, entering, normal, wo, distance, came, hits)
         hits = hits if isinstance(among, slice) else take(among, hits)
         found.append(_HitGroup(number, table.surfaces[number], hits, data, Evaluation(data)))
     return found

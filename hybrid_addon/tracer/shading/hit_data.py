@@ -48,18 +48,18 @@ Numbers = NDArray[np.intp]
 class HitData:
     """n hits, all on surface `surface` of the scene (expressions.Hits). What nobody reads of them is not gathered.
 
-    prim, point : (n,) and (3, n).   entering : (n,) bool, seen from the primitive's outer side.
+    face, point : (n,) and (3, n).   entering : (n,) bool, seen from the primitive's outer side.
     normal, wo  : (3, n) shading normal on the side of wo, and the direction to the eye.
     distance    : (n,) metres that the ray came.
     came        : of those rays; None: camera rays, or nobody asks.
     """
 
     def __init__(
-        self, geometry: Geometry, surface: int, prim: Numbers, point: Float64, entering: NDArray[np.bool_],
+        self, geometry: Geometry, surface: int, face: Numbers, point: Float64, entering: NDArray[np.bool_],
         normal: Float32, wo: Float32, distance: Float64, came: RayState | None = None, index: Index = ALL,
     ) -> None:  # fmt: skip
         """The hits `index` of those that the arrays are of."""
-        self.geometry, self.surface, self.prim = geometry, surface, take(prim, index)
+        self.geometry, self.surface, self.face = geometry, surface, take(face, index)
         self._of_all = {"point": point, "entering": entering, "normal": normal, "wo": wo, "distance": distance}
         self._came, self._index = came, index
         self._layout = geometry.layouts[surface] if geometry.layouts else {}
@@ -88,7 +88,7 @@ class HitData:
     def came(self) -> RayState:  # noqa: D102
         if self._came is not None:
             return self._came.take(self._index)
-        n = len(self.prim)
+        n = len(self.face)
         none = np.zeros(n, np.int16)
         return RayState(np.full(n, CAMERA_RAY), none, none, np.zeros((4, n), np.float32))
 
@@ -111,7 +111,7 @@ class HitData:
         if key.startswith(ex.INSTANCE):
             return self._of_instance(key.removeprefix(ex.INSTANCE)).astype(np.float32)
         if key.startswith("uv:"):
-            return np.stack([*self._coordinates(key), np.zeros(len(self.prim))]).astype(np.float32)
+            return np.stack([*self._coordinates(key), np.zeros(len(self.face))]).astype(np.float32)
         found = self._interpolated(key).astype(np.float32)
         return found * signs(self.entering) if key.startswith(("tangent:", "object_normal")) else found
 
@@ -129,25 +129,27 @@ class HitData:
         """(width, n) of the instances that are hit; 0 where they have none, or nothing reads it."""
         values = self.geometry.object_values.get(key)
         if values is None:
-            return np.zeros((4, len(self.prim)))
-        return np.asarray(values.take(self.geometry.object.take(self.prim), axis=0).T)
+            return np.zeros((4, len(self.face)))
+        return np.asarray(values.take(self.geometry.object.take(self.geometry.rows_of(self.face)), axis=0).T)
 
     @property
     def _true_normal(self) -> Float32:
         """(3, n) unit normals of the faces, whatever the corners' normals are; of spheres those that they have."""
-        flat = self.geometry.facets[:, :3].take(self.prim, axis=0).T.astype(np.float32) * signs(self.entering)
+        table, place = self.geometry.faces_of(self.face)
+        flat = table.facets[:, :3].take(place, axis=0).T.astype(np.float32) * signs(self.entering)
         return np.where(flat.any(axis=0), flat, self.normal)
 
     @property
     def _shortened(self) -> Float32:
         """(n,) length of the shading normal that is interpolated: 1 at the corners, less between those that differ."""
-        of_corners = self.geometry.normals
-        result = np.ones(len(self.prim), np.float32)
-        smooth = flatnonzero(self.geometry.smooth.take(self.prim))
+        table, place = self.geometry.faces_of(self.face)
+        of_corners = table.normals
+        result = np.ones(len(self.face), np.float32)
+        smooth = flatnonzero(table.smooth.take(place))
         if of_corners is None or len(smooth) == 0:
             return result
-        u, v = barycentrics(self.geometry, self.prim[smooth], self.point[:, smooth])
-        corner = of_corners.take(self.prim[smooth], axis=0).T
+        u, v = barycentrics(table, place[smooth], self.point[:, smooth])
+        corner = of_corners.take(place[smooth], axis=0).T
         n = corner[0:3] * (1 - u - v) + corner[3:6] * u + corner[6:9] * v
         result[smooth] = np.sqrt(dot(n, n))
         return result
@@ -162,14 +164,14 @@ class HitData:
         first = cross(normal, np.stack([axis, 1 - axis, np.zeros_like(axis)]))
         first /= np.sqrt(dot(first, first))
         step, here = np.maximum(self.distance * BUMP_STEP, np.finfo(float).tiny), value(self)
-        result = np.zeros((3, len(self.prim)))
+        result = np.zeros((3, len(self.face)))
         for direction in (first, cross(normal, first)):
             way = direction
             if on_facet:  # along the normal back to the facet, which is steep where it is displaced
                 facet = self._true_normal.astype(np.float64)
                 way = direction - normal * (dot(facet, direction) / np.maximum(dot(facet, normal), STEEPEST_FACET))
             there = HitData(
-                self.geometry, self.surface, self.prim, self.point + way * step, self.entering, self.normal,
+                self.geometry, self.surface, self.face, self.point + way * step, self.entering, self.normal,
                 self.wo, self.distance, self.came,
             )  # fmt: skip
             result += direction * ((value(there)[0].astype(np.float64) - here[0]) / step)
@@ -184,21 +186,20 @@ class HitData:
     @cached_property
     def _weights(self) -> tuple[Index, Float64]:
         """The hits on triangles and their barycentrics (3, m)."""
-        on_mesh = select(self.prim < self.geometry.triangle_count)
-        weights = np.empty((3, count(on_mesh, len(self.prim))))
-        weights[1:] = barycentrics(self.geometry, take(self.prim, on_mesh), take(self.point, on_mesh))
+        on_mesh = select(self.geometry.is_triangle(self.face))
+        weights = np.empty((3, count(on_mesh, len(self.face))))
+        weights[1:] = barycentrics(self.geometry, take(self.face, on_mesh), take(self.point, on_mesh))
         np.subtract(1 - weights[1], weights[2], out=weights[0])
         return on_mesh, weights
 
     def _interpolated(self, key: str) -> Float64:
         start, width = self._layout.get(key, (0, 0))
-        data = self.geometry.corner_data
-        result = np.zeros((width or 3, len(self.prim)))
-        if width == 0 or data is None:
+        result = np.zeros((width or 3, len(self.face)))
+        on_mesh, weights = self._weights if width else (ALL, result)
+        corner = self.geometry.corners_of(take(self.face, on_mesh), key, start, width) if width else None
+        if corner is None:
             return result
-        on_mesh, weights = self._weights
-        corner = data.take(take(self.prim, on_mesh), axis=0).T.reshape(3, data.shape[1] // 3, -1)
-        found, second, third = corner[:, start : start + width]
+        found, second, third = corner
         found = found * weights[0]
         found += second * weights[1]
         found += third * weights[2]
@@ -207,17 +208,17 @@ class HitData:
 
     def _coordinates(self, key: str) -> tuple[Float64, Float64]:
         """u, v (n,) from the UV map of triangles, longitude and latitude on spheres, metres on planes."""
-        geometry, prim, point = self.geometry, self.prim, self.point
+        geometry, face, point = self.geometry, self.face, self.point
         nt, ns = geometry.triangle_count, geometry.sphere_count
         u, v = self._interpolated(key)[:2]
-        on_sphere = flatnonzero((prim >= nt) & (prim < nt + ns))
+        on_sphere = flatnonzero((face >= nt) & (face < nt + ns))
         if len(on_sphere):
-            x, y, z = point[:, on_sphere] - geometry.sphere_center[prim[on_sphere] - nt].T
+            x, y, z = point[:, on_sphere] - geometry.sphere_center[face[on_sphere] - nt].T
             u[on_sphere] = 0.5 + np.arctan2(y, x) / (2 * np.pi)
             v[on_sphere] = 0.5 + np.arctan2(z, np.sqrt(x * x + y * y)) / np.pi
-        on_plane = flatnonzero(prim >= nt + ns)
+        on_plane = flatnonzero((face >= nt + ns) & (face < geometry.flattened_count))
         if len(on_plane):
-            u[on_plane], v[on_plane] = _plane_coordinates(geometry.facets[prim[on_plane], :3].T, point[:, on_plane])
+            u[on_plane], v[on_plane] = _plane_coordinates(geometry.facets[face[on_plane], :3].T, point[:, on_plane])
         return u, v
 
 

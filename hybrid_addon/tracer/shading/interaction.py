@@ -15,8 +15,10 @@ from ..core.constants import FROSTED_ROUGHNESS
 from ..core.rays import Rays, RayState, offset_origin, origin_offset, state_of
 from ..core.sampler import Draws
 from ..core.vectors import ALL, Array, Index, count, dot, most, put, select, signs, take
-from ..geometry.aggregate import Hits, barycentric_weights, clamped
+from ..geometry.aggregate import barycentric_weights, clamped
 from ..geometry.flatten import Geometry
+from ..geometry.hits import Hits
+from ..geometry.instanced import Faces
 from ..materials.columns import HitValues
 from ..materials.surfaces import SurfaceTable
 from ..media.near import Sides
@@ -28,7 +30,8 @@ Numbers = NDArray[np.intp]
 class Interaction:
     """n hits, seen from where their rays come from: normals are turned to the side of `wo`.
 
-    prim        : (n,) intp
+    prim        : (n,) intp, rows in tables of all primitives
+    face        : (n,) intp, what is hit (see `aggregate.Hits`)
     table       : the scene's surfaces
     surface     : (n,) intp, which of them; after `closures_at`, which closure
     values      : their numbers of the surface model
@@ -49,6 +52,7 @@ class Interaction:
     """
 
     prim: Numbers
+    face: Numbers
     table: SurfaceTable
     surface: Numbers
     values: HitValues
@@ -122,9 +126,10 @@ class Interaction:
         if isinstance(index, slice) and index == slice(None):
             return self
         flat = self.n_shading is self.n_geometric
-        n_geometric = take(self.n_geometric, index)
+        n_geometric, prim = take(self.n_geometric, index), take(self.prim, index)
         return Interaction(
-            prim=take(self.prim, index),
+            prim=prim,
+            face=prim if self.face is self.prim else take(self.face, index),
             table=self.table,
             surface=take(self.surface, index),
             values=self.values.take(index),
@@ -154,12 +159,16 @@ def interact(
     draws: Draws | None = None,
 ) -> Interaction:
     """Recompute the hits, none of them a miss, of rays. media, draws: see `Interaction`."""
-    prim, surface, entering, point, n_geometric, offset, wo, outer = hit_points(
-        geometry.surface, geometry.extent, hits.prim, hits.t, hits.normal, hits.toward, rays.origin, rays.direction
-    )
-    n_shading, weights = _shading_normal(geometry, prim, point, n_geometric, entering)
+    way = hits.t, hits.normal, hits.toward, rays.origin, rays.direction
+    # Meshes that are kept once have no tables of all faces: there the hits have tables of their own.
+    faces, place = geometry.faces_of(hits.face)
+    surfaces = geometry.surface if faces is geometry else geometry.surface.take(hits.prim)
+    place, surface, entering, point, n_geometric, offset, wo, outer = hit_points(surfaces, faces.extent, place, *way)
+    prim, face = (place, place) if faces is geometry else (hits.prim.astype(np.intp), hits.face)
+    n_shading, weights = _shading_normal(faces, place, point, n_geometric, entering)
     return Interaction(
         prim=prim,
+        face=face,
         table=table,
         surface=surface,
         values=HitValues(table.columns, surface),
@@ -197,7 +206,7 @@ def hit_points(
 
 
 def _shading_normal(
-    geometry: Geometry, prim: Numbers, point: Float64, n_geometric: Float32, entering: NDArray[np.bool_]
+    geometry: Geometry | Faces, prim: Numbers, point: Float64, n_geometric: Float32, entering: NDArray[np.bool_]
 ) -> tuple[Float32, Float64 | None]:
     """Interpolated normals (3, n) on the side of n_geometric, itself where a triangle is flat; and their weights."""
     if geometry.normals is None:
@@ -244,18 +253,21 @@ def shadow_origin(geometry: Geometry, hit: Interaction, index: Index) -> Float32
     Otherwise coarse facets shadow each other along the terminator. Hanika, Hacking the Shadow Terminator (Ray Tracing
     Gems II, 2021): P' = P + sum b_i max(0, (v_i - P).n_i) n_i, towards the tangent planes of the corners.
     """
-    outer, prim = take(hit.outer, index), take(hit.prim, index)
-    if hit.weights is None or geometry.normals is None:
+    outer = take(hit.outer, index)
+    if hit.weights is None:
         return outer
-    smooth = select(geometry.smooth.take(prim))
+    table, prim = geometry.faces_of(take(hit.face, index))
+    if table.normals is None:
+        return outer
+    smooth = select(table.smooth.take(prim))
     if count(smooth, len(prim)) == 0:
         return outer
     on_smooth = smooth if isinstance(index, slice) else take(index, smooth)
     prim, point = take(prim, smooth), take(hit.point, on_smooth)
     place, sign = point.astype(np.float32), signs(take(hit.entering, on_smooth))
     u, v = take(hit.weights, on_smooth).astype(np.float32)
-    normals = np.ascontiguousarray(geometry.normals.take(prim, axis=0).T)
-    heights = geometry.heights.take(prim, axis=0).T
+    normals = np.ascontiguousarray(table.normals.take(prim, axis=0).T)
+    heights = table.heights.take(prim, axis=0).T
     # What is lifted is small, and may be an ulp of the place too much: float32 will do.
     lifted = take(hit.n_geometric, on_smooth) * take(hit.offset, on_smooth)
     for i, weight in enumerate((1 - u - v, u, v)):

@@ -24,7 +24,7 @@ from ..core.stats import Stats
 from ..core.vectors import Array, count, flatnonzero, no_brighter, select, take
 from ..emitters.light import CompiledLight
 from ..film.samples import SampleBuffer
-from ..geometry.aggregate import Hits
+from ..geometry.hits import Hits
 from ..media.nested import transmittance
 from ..prepare.compiled import CompiledScene
 from .shadows import visibility
@@ -106,7 +106,7 @@ def _seen_past(
     """What share of a lamp comes through all that is behind hits that do not stand in its way: (n,) or (3, n)."""
     direction = rays.direction.astype(np.float32)
     point = rays.origin + direction * hits.t
-    offset = origin_offset(point.astype(np.float32), scene.geometry.extent.take(hits.prim))
+    offset = origin_offset(point.astype(np.float32), hits.extent(scene.geometry))
     origin = offset_origin(point, hits.normal * np.sign(hits.toward).astype(np.float32), offset)
     media = None if scene.media.shadow_absorption is None else rays.media
     left = np.asarray(distance - hits.t, np.float32)

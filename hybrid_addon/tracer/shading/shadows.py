@@ -17,8 +17,8 @@ from ..core.rays import RayState, offset_origin, origin_offset, shadow_state, tr
 from ..core.stats import Stats
 from ..core.vectors import ALL, Array, Index, count, flatnonzero, select, take, write
 from ..emitters.light import CompiledLight
-from ..geometry.aggregate import Hits
 from ..geometry.flatten import Geometry
+from ..geometry.hits import Hits
 from ..media.nested import Stack, transmittance
 from ..prepare.compiled import CompiledScene, ShadowCasters
 from .closures import closure_weights
@@ -266,7 +266,7 @@ def _transmittance(
         point = d * hits.t
         point += take(origin, alive)
         reach, travelled = take(take(reach, crossed), alive) - hits.t, take(travelled, alive) + hits.t
-        offset = origin_offset(point.astype(np.float32), geometry.extent.take(hits.prim))
+        offset = origin_offset(point.astype(np.float32), hits.extent(geometry))
         offset *= np.sign(hits.toward).astype(np.float32)
         origin = offset_origin(point, hits.normal, offset)
     write(result, active, 0)
@@ -293,7 +293,7 @@ def _passed(
     owner, row, part = table.closures_of(surface)
     entering, normal = hits.toward < 0, hits.normal * -np.sign(hits.toward).astype(np.float32)
     came = state(np.arange(len(prim)))
-    way = prim, surface, origin + d * hits.t, entering, normal, -d, hits.t, came
+    way = hits.face, surface, origin + d * hits.t, entering, normal, -d, hits.t, came
     weight = closure_weights(scene.geometry, table, *way, owner, row, part)
     rays = hits.take(owner), origin[:, owner], d[:, owner]
     share = weight * _passed_closures(scene, row, prim[owner], *rays, lambda told: state(owner[told]))

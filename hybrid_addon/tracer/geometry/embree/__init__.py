@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import copy
 import threading
+from collections.abc import Sequence
 from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from weakref import WeakValueDictionary
@@ -20,7 +21,9 @@ from ....accelerated import ALL, accelerated
 from ....scene import Float32, Int32
 from ...core.constants import MISS
 from .embreex_scene import EmbreexScene
-from .library import Triangles
+from .library import Instances, Triangles
+
+__all__ = ["InstanceScene", "OwnScene", "TriangleScene", "Triangles", "embree_version", "has_kernels"]
 
 
 def embree_version() -> str:
@@ -38,7 +41,7 @@ _own: WeakValueDictionary[int, OwnScene] = WeakValueDictionary()
 def nearest_of(scene: int | np.uint64, origin: Float32, direction: Float32, found: Int32) -> None:
     """Write into found (3, n) the triangle that each ray (3, n) meets first, its group of instances and its number in
     the group; -1 for none. scene: the address of one of our own."""
-    found[0] = _own[int(scene)].embreex.nearest(origin, direction)
+    found[0] = _triangles_at(scene).embreex.nearest(origin, direction)
     found[1:] = MISS
 
 
@@ -47,7 +50,16 @@ def occluded_of(
     scene: int | np.uint64, origin: Float32, direction: Float32, t_max: Float32, blocked: NDArray[np.bool_]
 ) -> None:
     """Write whether (n,) anything lies on each ray (3, n) up to t_max (n,)."""
-    blocked[:] = _own[int(scene)].embreex.occluded(origin, direction, t_max)
+    blocked[:] = _triangles_at(scene).embreex.occluded(origin, direction, t_max)
+
+
+def _triangles_at(scene: int | np.uint64) -> OwnScene:
+    found = _own.get(int(scene))
+    if found is None:
+        raise RuntimeError(
+            "instances of meshes cannot be drawn without kernels: set HYBRID_KERNELS=0 to do without both"
+        )
+    return found
 
 
 QUERIES = {f"tracer.geometry.embree.{query.__name__}" for query in (nearest_of, occluded_of)}
@@ -88,6 +100,26 @@ class OwnScene:
         """Whether (n,) anything lies on each ray up to t_max (n,)."""
         blocked = np.empty(origin.shape[1], bool)
         occluded_of(self.address, origin, direction, t_max, blocked)
+        return blocked
+
+
+class InstanceScene:
+    """Instances of trees: groups of a tree and matrices (k, 3, 4) float32, object to world. Only kernels can ask it."""
+
+    def __init__(self, groups: Sequence[tuple[Triangles, Float32]]) -> None:
+        self._scene = Instances(groups)
+        self._address = np.uint64(self._scene.address)
+
+    def nearest(self, origin: Float32, direction: Float32) -> Int32:
+        """Triangle, group and number in the group (3, n) of what each ray (3, n) meets first, -1 for none."""
+        found = np.empty((3, origin.shape[1]), np.int32)
+        nearest_of(self._address, origin, direction, found)
+        return found
+
+    def occluded(self, origin: Float32, direction: Float32, t_max: Float32) -> NDArray[np.bool_]:
+        """Whether (n,) anything lies on each ray up to t_max (n,)."""
+        blocked = np.empty(origin.shape[1], bool)
+        occluded_of(self._address, origin, direction, t_max, blocked)
         return blocked
 
 
