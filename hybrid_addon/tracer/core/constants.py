@@ -320,13 +320,6 @@ touch it in any case."""
 NO_DEPTH = 1e10
 """In a depth pass: nothing there. What EEVEE and Cycles write."""
 
-INSTANCING_FROM = 1 << 18
-"""Meshes are kept once, and their instances as matrices, where that spares so many triangles: 150 MB. Fewer are
-flattened: they are traced faster so."""
-
-LEAST_INSTANCED = 1 << 10
-"""A mesh whose instances would be fewer triangles than this is flattened all the same: each costs a query a box."""
-
 MOST_STRETCH = 12.0
 """An instance is flattened if the norms of its matrix and of the inverse multiply to more: about a stretch by 8 in one
 direction. Embree inverts matrices in float32, with an error that grows with this number (measured: at 4, rays from

@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32, Float64, Int32, Scene
-from ..core.constants import EMBREE_LIMIT, INSTANCING_FROM, LEAST_INSTANCED, MOST_STRETCH
+from ..core.constants import EMBREE_LIMIT, MOST_STRETCH
 from ..core.vectors import cross, dot, flatnonzero
-from .instances import PARAMETRIC, MeshInstances, is_smooth
+from .instances import INSTANCING_FROM, LEAST_INSTANCED, PARAMETRIC, MeshInstances, is_smooth
 from .triangles import facets_of
 
 if TYPE_CHECKING:

@@ -20,6 +20,13 @@ Bools = NDArray[np.bool_]
 PARAMETRIC = ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))
 """Barycentrics of the three corners, as Geometry's Parametric has them."""
 
+INSTANCING_FROM = 1 << 18
+"""Meshes are kept once, and their instances as matrices, where that spares so many triangles: 150 MB. Fewer are
+flattened: they are traced faster so."""
+
+LEAST_INSTANCED = 1 << 10
+"""A mesh whose instances would be fewer triangles than this is flattened all the same: each costs a query a box."""
+
 AT_ONCE = 1 << 20
 """Vertices of instances that are in memory at once while their bounds are found: 25 MB."""
 
