@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from hybrid_addon import memory
+
+ROOT = Path(__file__).resolve().parents[1]
 
 
 def test_what_fits_is_not_refused():
@@ -26,12 +28,15 @@ def test_a_refusal_says_what_takes_it_and_what_to_do():
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="what Linux says")
-def test_a_large_array_shows_in_the_peak_and_is_no_longer_free():
-    before = memory.peak()
-    assert before is not None
-    array = np.ones(1 << 28, np.uint8)
-    assert memory.peak() >= min(array.nbytes, before)
-    assert memory.peak() - before > 0 or before > array.nbytes
+def test_a_large_array_shows_in_the_peak():
+    """In a process of its own: this one may have held more before."""
+    code = "import numpy; from hybrid_addon import memory; a = memory.peak(); b = numpy.ones(1 << 28, numpy.uint8)"
+    command = [sys.executable, "-c", f"{code}; print(memory.peak() - a)"]
+    grown = int(subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT).stdout)
+    assert 0.8 * (1 << 28) < grown < 1.5 * (1 << 28)
+
+
+def test_what_is_free_is_said():
     there = memory.available()
     assert there is not None
     assert 0 < there < 1 << 50

@@ -35,6 +35,7 @@ def render(kind: str) -> None:
     import OpenImageIO as oiio
 
     import hybrid_addon as hybrid
+    from hybrid_addon import memory
 
     count, size, width, ending = KINDS[kind]
     hybrid.register()
@@ -66,21 +67,14 @@ def render(kind: str) -> None:
         bpy.ops.mesh.primitive_uv_sphere_add(location=(0, 0, 1))
         hybrid.mark(bpy.context.object, opacity=0.0)
         hybrid.enable(scene)
-        before = peak()
+        before = memory.peak() or 0
         seconds = []
         for _ in range(2):
             began = time.perf_counter()
             hybrid.render(mode="full", samples=1)
             seconds.append(time.perf_counter() - began)
-        grown = (peak() - before) / 2**20
+        grown = ((memory.peak() or 0) - before) / 2**20
     print(f"{kind}: {stored / 2**20:.0f} MB stored, {grown:.0f} MB grown, {seconds[0]:.1f} s, again {seconds[1]:.1f} s")
-
-
-def peak() -> int:
-    """Bytes that this process has held at most."""
-    import resource
-
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
 def lookups() -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ten materials, drawn by EEVEE without and with Raytracing, by Cycles and by Hybrid; all but Hybrid's are kept."""
+"""Ten materials, drawn by EEVEE without Raytracing, by Cycles and by Hybrid; all but Hybrid's are kept."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def _reference(scene: Any, kind: str, cycles_samples: int) -> np.ndarray:
         cycles.samples, cycles.blur_glossy, cycles.sample_clamp_indirect = cycles_samples, 0.0, 0.0
         cycles.max_bounces = cycles.transmission_bounces = cycles.glossy_bounces = 16
     else:
-        scene.eevee.taa_render_samples, scene.eevee.use_raytracing = EEVEE_SAMPLES, kind == "raytracing"
+        scene.eevee.taa_render_samples, scene.eevee.use_raytracing = EEVEE_SAMPLES, False
     bpy.ops.render.render(scene=scene.name)
     planes = images.read_render_result(scene)
     return next(pixels for name, pixels in planes.items() if name.endswith("Combined"))

@@ -151,7 +151,7 @@ class Tree:
 
 
 def digest(b_tree: Any) -> str:
-    """Twelve digits that stand for a tree: equal if and only if its nodes, values, settings and links are."""
+    """Twelve digits that stand for a tree: they change with its nodes, values, settings and links."""
     lines = []
     for b_node in b_tree.nodes:
         lines.append(f"{b_node.name} {b_node.bl_idname} {_settings(b_node)}")

@@ -10,6 +10,7 @@ One process for all; the line of each action is printed before it, so that the l
 from __future__ import annotations
 
 import random
+import shutil
 import sys
 import tempfile
 import traceback
@@ -340,5 +341,6 @@ if __name__ == "__main__":
     import os
 
     code = main()
+    shutil.rmtree(FOLDER, ignore_errors=True)
     sys.stdout.flush()
     os._exit(min(code, 1))

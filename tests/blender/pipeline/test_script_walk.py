@@ -21,6 +21,6 @@ def test_scripts_that_do_anything_render_or_hear_why_not(seeds: str) -> None:
     """All of 1-300: `python tests/blender/pipeline/script_walk.py 1-300`."""
     environment = {**os.environ, "PYTHONPATH": str(HERE.parents[2])}
     command = [sys.executable, str(HERE / "script_walk.py"), seeds, "3"]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, errors="replace")
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, errors="replace", timeout=600)
     last = [line for line in done.stdout.splitlines() if line.startswith(("seed", "WRONG", "WALKED"))][-3:]
     assert done.returncode == 0, (last, done.stdout[-1500:])
