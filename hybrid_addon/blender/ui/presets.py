@@ -145,14 +145,19 @@ class HYBRID_OT_quality_preset(bpy.types.Operator):
 class OurPresets(PresetPanel):
     """A list of presets: ours first, then the artist's own."""
 
-    operator = ""
+    operator = preset_subdir = preset_add_operator = ""
 
     def draw(self, context: bpy.types.Context) -> None:
         """Ours by an operator, which knows what each is for; those in files as Blender draws them, with + and -."""
         column = self.layout.column()
         column.emboss = "PULLDOWN_MENU"
         column.operator_enum(self.operator, "preset")
-        super().draw(context)
+        if bpy.utils.preset_paths(self.preset_subdir):
+            super().draw(context)
+            return
+        row = self.layout.row(align=True)  # Blender says "Missing Paths" where nobody has saved one yet
+        row.prop(context.window_manager, "preset_name", text="")
+        row.operator(self.preset_add_operator, text="", icon="ADD").name = context.window_manager.preset_name
 
 
 class HYBRID_PT_quality_presets(OurPresets, bpy.types.Panel):
