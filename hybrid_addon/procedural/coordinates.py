@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from . import elementary
 from .hashes import Array
 
 
@@ -29,7 +30,7 @@ def transformed(v: Array, matrix: Array, kind: str) -> Array:
 def _rotated(p: Array, angles: Array, back: bool = False) -> Array:
     """Turned about X, then Y, then Z (3, n); or back again."""
     for axis in (2, 1, 0) if back else (0, 1, 2):
-        c, s = np.cos(angles[axis]), np.sin(-angles[axis] if back else angles[axis])
+        s, c = elementary.sincos(-angles[axis] if back else angles[axis])
         rows, (i, j) = list(p), ((axis + 1) % 3, (axis + 2) % 3)
         rows[i], rows[j] = c * p[i] - s * p[j], s * p[i] + c * p[j]
         p = np.stack(np.broadcast_arrays(*rows))
@@ -55,7 +56,7 @@ def turned(p: Array, center: Array, rotation: Array, back: bool) -> Array:
 def turned_about(p: Array, center: Array, axis: Array, angle: Array) -> Array:
     """Vector Rotate about an axis (Rodrigues); nothing turns about one without length."""
     k, v = _unit(three(axis)), three(p) - three(center)
-    c, s = np.cos(angle), np.sin(angle)
+    s, c = elementary.sincos(angle)
     across = np.stack([k[1] * v[2] - k[2] * v[1], k[2] * v[0] - k[0] * v[2], k[0] * v[1] - k[1] * v[0]])
     rotated = v * c + across * s + k * (k * v).sum(axis=0) * (1 - c)
     return three(center) + np.where((k != 0).any(axis=0), rotated, v)
@@ -65,21 +66,21 @@ def wrap_sphere(p: Array) -> Array:
     """Texture coordinates of a sphere in the unit cube."""
     x, y, z = 2 * three(p) - 1
     length = np.maximum(np.sqrt(x * x + y * y + z * z), 1e-30)
-    u = np.where((x == 0) & (y == 0), 0, (1 - np.arctan2(x, y) / np.pi) / 2)
-    return np.stack([u, 1 - np.arccos(np.clip(z / length, -1, 1)) / np.pi, np.zeros_like(u)])
+    u = np.where((x == 0) & (y == 0), 0, (1 - elementary.arctan2(x, y) / np.pi) / 2)
+    return np.stack([u, 1 - elementary.arccos(np.clip(z / length, -1, 1)) / np.pi, np.zeros_like(u)])
 
 
 def wrap_tube(p: Array) -> Array:
     """Texture coordinates of a tube in the unit cube."""
     x, y, z = 2 * three(p) - 1
-    u = np.where((x == 0) & (y == 0), 0, (1 - np.arctan2(x, y) / np.pi) / 2)
+    u = np.where((x == 0) & (y == 0), 0, (1 - elementary.arctan2(x, y) / np.pi) / 2)
     return np.stack([u, (z + 1) / 2, np.zeros_like(u)])
 
 
 def equirect(d: Array) -> Array:
     """Texture coordinates in an equirectangular image: centre +X, u = 0.25 is +Y, v up."""
     x, y, z = three(d).astype(np.float64)
-    u, v = 0.5 - np.arctan2(y, x) / (2 * np.pi), 0.5 + np.arctan2(z, np.sqrt(x * x + y * y)) / np.pi
+    u, v = 0.5 - elementary.arctan2(y, x) / (2 * np.pi), 0.5 + elementary.arctan2(z, np.sqrt(x * x + y * y)) / np.pi
     return np.stack([u, v, np.zeros_like(u)])
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from . import elementary
 from .hashes import Array, color_of_floats, of_floats
 from .noise import points
 
@@ -34,16 +35,18 @@ def gabor_rows(*inputs: Any) -> Array:
     isotropy = 1 - np.clip(anisotropy[0], 0, 1)
     frequency = np.maximum(frequency[0], np.float32(LOWEST_FREQUENCY))
     base = angle[:1] if dimensions == 2 else _unit(np.broadcast_to(direction, (3, direction.shape[1])))
-    real, imaginary = np.zeros(p.shape[1], np.float32), np.zeros(p.shape[1], np.float32)
+    real: Array = np.zeros(p.shape[1], np.float32)
+    imaginary: Array = np.zeros(p.shape[1], np.float32)
     for away, weight, turned in _impulses(p, isotropy, base):
         squared = (away * away).sum(axis=0)
-        envelope = np.exp(-np.pi * squared) * (0.5 + 0.5 * np.cos(np.pi * squared)) * weight
+        envelope = elementary.exp(-np.pi * squared) * (0.5 + 0.5 * elementary.cos(np.pi * squared)) * weight
         envelope = np.where(squared < 1, envelope, 0).astype(np.float32)
         phase = np.float32(2 * np.pi) * frequency * (away * turned).sum(axis=0)
-        real, imaginary = real + envelope * np.cos(phase), imaginary + envelope * np.sin(phase)
+        sine, cosine = elementary.sincos(phase)
+        real, imaginary = real + envelope * cosine, imaginary + envelope * sine
     scale_of_one = np.float32(SPREAD * np.sqrt(IMPULSES * SECOND_MOMENT * ENERGY[dimensions]))
     value, length = imaginary / scale_of_one * 0.5 + 0.5, np.sqrt(real * real + imaginary * imaginary)
-    return np.stack([value, (np.arctan2(imaginary, real) + np.pi) / (2 * np.pi), length / scale_of_one]).astype(
+    return np.stack([value, (elementary.arctan2(imaginary, real) + np.pi) / (2 * np.pi), length / scale_of_one]).astype(
         np.float32
     )
 
@@ -72,7 +75,7 @@ def _place(*seed: Array) -> Array:
 
 def _turned_2d(angle: Array, isotropy: Array, seed: tuple[Array, ...]) -> Array:
     turn = angle[0] + (of_floats(*seed) - np.float32(0.5)) * np.float32(np.pi) * isotropy
-    return np.stack([np.cos(turn), np.sin(turn)])
+    return np.stack(elementary.sincos(turn)[::-1])
 
 
 def _turned_3d(base: Array, isotropy: Array, seed: tuple[Array, ...]) -> Array:
@@ -81,11 +84,12 @@ def _turned_3d(base: Array, isotropy: Array, seed: tuple[Array, ...]) -> Array:
         return base
     x, y, z, w = seed
     flat = np.sqrt(base[0] ** 2 + base[1] ** 2)
-    azimuth = np.sign(base[1]) * np.arccos(np.clip(base[0] / np.where(flat > 0, flat, 1), -1, 1))
-    inclination = np.arccos(np.clip(base[2], -1, 1)) + of_floats(x, y, z, w) * np.float32(np.pi) * isotropy
+    azimuth = np.sign(base[1]) * elementary.arccos(np.clip(base[0] / np.where(flat > 0, flat, 1), -1, 1))
+    inclination = elementary.arccos(np.clip(base[2], -1, 1)) + of_floats(x, y, z, w) * np.float32(np.pi) * isotropy
     azimuth = azimuth + of_floats(z, x, w, y) * np.float32(np.pi) * isotropy
-    sine = np.sin(inclination)
-    turned = np.stack(np.broadcast_arrays(sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(inclination)))
+    sine, cosine = elementary.sincos(inclination)
+    across, along = elementary.sincos(azimuth)
+    turned = np.stack(np.broadcast_arrays(sine * along, sine * across, cosine))
     return np.asarray(np.where(isotropy == 0, base, turned), np.float32)
 
 

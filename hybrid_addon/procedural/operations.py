@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import TEXTURES, colors, coordinates, spectra
+from . import TEXTURES, colors, coordinates, elementary, spectra
 from .coordinates import three
 from .fresnel import fresnel_dielectric
 
@@ -48,13 +48,13 @@ def _join(*rows: Array) -> Array:
 
 def _power(a: Array, b: Array) -> Array:
     with np.errstate(all="ignore"):
-        return np.nan_to_num(np.power(a, b), nan=0.0)
+        return np.nan_to_num(elementary.power(a, b), nan=0.0)
 
 
 def _facing(cosine: Array, blend: Array) -> Array:
     """Facing of Layer Weight; what has no normal has 0, as in EEVEE."""
     exponent = np.where(blend < 0.5, 2 * blend, 0.5 / np.maximum(1 - blend, 1e-5))
-    share = np.power(np.clip(np.abs(cosine), 0, 1), np.where(blend == 0.5, 1, exponent))
+    share = elementary.power(np.clip(np.abs(cosine), 0, 1), np.where(blend == 0.5, 1, exponent))
     return np.asarray(np.nan_to_num(1 - share))
 
 
@@ -115,6 +115,12 @@ def _smooth(x: Array) -> Array:
     return result
 
 
+def _smoother(x: Array) -> Array:
+    x = np.clip(x, 0, 1)
+    result: Array = x * x * x * (x * (x * 6 - 15) + 10)
+    return result
+
+
 OPERATIONS: dict[str, Callable[..., Array]] = {
     "add": lambda a, b: a + b,
     "subtract": lambda a, b: a - b,
@@ -134,8 +140,8 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
     "round": lambda a: np.floor(a + 0.5),
     "fraction": lambda a: a - np.floor(a),
     "modulo": lambda a, b: np.where(b != 0, np.fmod(a, np.where(b != 0, b, 1)), 0),
-    "sine": np.sin,
-    "cosine": np.cos,
+    "sine": elementary.sin,
+    "cosine": elementary.cos,
     "clamp": lambda a, low, high: np.minimum(np.maximum(a, low), high),
     "smooth": _smooth,
     "mix": _mix,
@@ -166,7 +172,7 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
     "exclusion": lambda a, b: np.maximum(a + b - 2 * a * b, 0),
     "dodge": colors.dodge,
     "burn": colors.burn,
-    "smoother": lambda x: np.clip(x, 0, 1) ** 3 * (np.clip(x, 0, 1) * (np.clip(x, 0, 1) * 6 - 15) + 10),
+    "smoother": _smoother,
     "first_three": lambda a: a[:3],
     "facing": _facing,
     "wrap": lambda a, b: _wrapped(a, b, np.zeros_like(b)),
@@ -191,14 +197,14 @@ OPERATIONS: dict[str, Callable[..., Array]] = {
     "bump": _bump,
     "cosine_between": _cosine_between,
     "fresnel": _fresnel,
-    "tangent": np.tan,
-    "arctangent": np.arctan,
-    "arctangent2": np.arctan2,
-    "arcsine": lambda a: np.arcsin(np.clip(a, -1, 1)),
-    "arccosine": lambda a: np.arccos(np.clip(a, -1, 1)),
-    "exponent": np.exp,
+    "tangent": elementary.tan,
+    "arctangent": elementary.arctan,
+    "arctangent2": elementary.arctan2,
+    "arcsine": lambda a: elementary.arcsin(np.clip(a, -1, 1)),
+    "arccosine": lambda a: elementary.arccos(np.clip(a, -1, 1)),
+    "exponent": elementary.exp,
     "logarithm": lambda a, b: np.where(
-        (a > 0) & (b > 0), np.log(np.maximum(a, 1e-38)) / np.log(np.maximum(b, 1e-38)), 0
+        (a > 0) & (b > 0), elementary.log(np.maximum(a, 1e-38)) / elementary.log(np.maximum(b, 1e-38)), 0
     ),
     "sign": np.sign,
     "truncate": np.trunc,

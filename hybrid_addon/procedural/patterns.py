@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import elementary
 from .hashes import Array, color_of_floats, of_floats
 from .noise import Octaves, fbm, points
 
@@ -35,7 +36,7 @@ def wave(*inputs: Any) -> Array:
         octaves = Octaves(detail[0], roughness[0], two, none, none, True)
         n = n + distortion[0] * (fbm(p * detail_scale, octaves) * 2 - 1)
     if profile == "SIN":
-        return np.asarray(0.5 + 0.5 * np.sin(n - TURN / 4))[None]
+        return np.asarray(0.5 + 0.5 * elementary.sin(n - TURN / 4))[None]
     n = n / TURN
     return np.asarray(n - np.floor(n) if profile == "SAW" else np.abs(n - np.floor(n + 0.5)) * 2)[None]
 
@@ -53,16 +54,16 @@ def _rings(p: Array, direction: str) -> Array:
 
 Step = tuple[str, Callable[..., Array]]
 TURBULENCE: tuple[Step, ...] = (
-    ("y", lambda x, y, z: -np.cos(x - y + z)),
-    ("x", lambda x, y, z: np.cos(x - y - z)),
-    ("z", lambda x, y, z: np.sin(-x - y - z)),
-    ("x", lambda x, y, z: -np.cos(-x + y - z)),
-    ("y", lambda x, y, z: -np.sin(-x + y + z)),
-    ("y", lambda x, y, z: -np.cos(-x + y + z)),
-    ("x", lambda x, y, z: np.cos(x + y + z)),
-    ("z", lambda x, y, z: np.sin(x + y - z)),
-    ("x", lambda x, y, z: -np.cos(-x - y + z)),
-    ("y", lambda x, y, z: -np.sin(x - y + z)),
+    ("y", lambda x, y, z: -elementary.cos(x - y + z)),
+    ("x", lambda x, y, z: elementary.cos(x - y - z)),
+    ("z", lambda x, y, z: elementary.sin(-x - y - z)),
+    ("x", lambda x, y, z: -elementary.cos(-x + y - z)),
+    ("y", lambda x, y, z: -elementary.sin(-x + y + z)),
+    ("y", lambda x, y, z: -elementary.cos(-x + y + z)),
+    ("x", lambda x, y, z: elementary.cos(x + y + z)),
+    ("z", lambda x, y, z: elementary.sin(x + y - z)),
+    ("x", lambda x, y, z: -elementary.cos(-x - y + z)),
+    ("y", lambda x, y, z: -elementary.sin(x - y + z)),
 )
 """What each further step of the depth makes of one of the three waves."""
 
@@ -72,9 +73,9 @@ def magic(vector: Array, scale: Array, distortion: Array, depth: int) -> Array:
     distortion = np.asarray(distortion, np.float32)[0]
     p = np.mod(_three(vector) * scale.astype(np.float32), TURN)
     waves = {
-        "x": np.sin((p[0] + p[1] + p[2]) * 5),
-        "y": np.cos((-p[0] + p[1] - p[2]) * 5),
-        "z": -np.cos((-p[0] - p[1] + p[2]) * 5),
+        "x": elementary.sin((p[0] + p[1] + p[2]) * 5),
+        "y": elementary.cos((-p[0] + p[1] - p[2]) * 5),
+        "z": -elementary.cos((-p[0] - p[1] + p[2]) * 5),
     }
     if depth > 0:
         waves = {name: value * distortion for name, value in waves.items()}
@@ -171,7 +172,7 @@ def gradient(p: Array, kind: str) -> Array:
         "QUADRATIC": lambda: np.maximum(x, 0) ** 2,
         "EASING": lambda: np.clip(x, 0, 1) ** 2 * (3 - 2 * np.clip(x, 0, 1)),
         "DIAGONAL": lambda: (x + y) * 0.5,
-        "RADIAL": lambda: np.arctan2(y, x) / (2 * np.pi) + 0.5,
+        "RADIAL": lambda: elementary.arctan2(y, x) / (2 * np.pi) + 0.5,
         "QUADRATIC_SPHERE": lambda: ball * ball,
         "SPHERICAL": lambda: ball,
     }

@@ -13,6 +13,7 @@ from itertools import product
 
 import numpy as np
 
+from . import elementary
 from .hashes import Array, Int32, color_of_floats, pcg, place_of_floats, to_unit
 
 SAME_POINT = np.float32(0.0001)  # squared distance below which two points have no edge between them
@@ -42,7 +43,8 @@ class Kind:
             return np.asarray(away.max(axis=0))
         if self.metric == "MINKOWSKI":
             with np.errstate(all="ignore"):
-                return np.asarray((away**self.exponent).sum(axis=0) ** (1 / self.exponent), np.float32)
+                total = elementary.power(away, self.exponent).sum(axis=0)
+                return np.asarray(elementary.power(total, 1 / self.exponent), np.float32)
         return _length(away)
 
 

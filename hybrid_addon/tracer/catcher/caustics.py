@@ -283,7 +283,7 @@ def footprint(camera: Camera, depth: Float64, distance: Float64, cosine: Float64
     a = (right - left) * (top - bottom) / (camera.resolution[0] * camera.resolution[1])
     if camera.projection == "ORTHO":
         return np.asarray(a / cosine)
-    return np.asarray(a * depth**3 / (distance * cosine))
+    return np.asarray(a * (depth * depth * depth) / (distance * cosine))
 
 
 def _smooth(total: Float64) -> Float64:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...procedural import elementary
 from ...scene import Camera, Float32, Float64, Lens
 from .constants import NEAR_MARGIN, WIDE_LENS
 from .sampler import Sampler, disk
@@ -113,7 +114,7 @@ def points_on_lens(lens: Lens, sampler: Sampler, sample: NDArray[np.intp]) -> tu
 def spread_on_lens(lens: Lens, u: Array, v: Array) -> tuple[Float64, Float64]:
     """Local x, y (n,) in metres: the unit square mapped to a lens's opening, keeping shares of the area."""
     x, y = disk(u, v) if lens.blades < 3 else polygon(u, v, lens.blades)
-    cos, sin = np.cos(lens.rotation), np.sin(lens.rotation)
+    sin, cos = elementary.sincos(lens.rotation)
     radius = np.float64(lens.radius)
     return radius / lens.ratio * (x * cos - y * sin), radius * (x * sin + y * cos)
 
@@ -125,9 +126,8 @@ def polygon(u: Array, v: Array, corners: int) -> tuple[Array, Array]:
     """
     strip = np.floor(np.minimum(u * corners, np.float32(corners - 0.5)))
     share, radius = u * corners - strip, np.sqrt(v)
-    first, second = ((2 * strip + side) * np.float32(np.pi / corners) for side in (-1, 1))
-    x = radius * ((1 - share) * np.cos(first) + share * np.cos(second))
-    return x, radius * ((1 - share) * np.sin(first) + share * np.sin(second))
+    (y0, x0), (y1, x1) = (elementary.sincos((2 * strip + side) * np.float32(np.pi / corners)) for side in (-1, 1))
+    return radius * ((1 - share) * x0 + share * x1), radius * ((1 - share) * y0 + share * y1)
 
 
 def _is_wide(camera: Camera) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...expressions import ATTRIBUTE_WIDTHS, Evaluation, walk
+from ...procedural import elementary
 from ...scene import Expression, Float32, Float64, SunLight, Texture, World, WorldSun
 from ...scene.texels import texels_of
 from ..core.vectors import Array, matrix_times, no_brighter
@@ -110,9 +111,10 @@ class Sky:
         """Over all directions of the world."""
         total, (height, width) = Sums.of_nothing(), self.panorama.pixels.shape[:2]
         longitude = -2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
-        around = np.stack([np.ones(width), np.cos(longitude), np.sin(longitude)])
+        sine, cosine = elementary.sincos(longitude)
+        around = np.stack([np.ones(width), cosine, sine])
         latitude = (np.arange(height) + 0.5) / height * np.pi - np.pi / 2
-        share = np.diff(np.sin(np.linspace(-np.pi / 2, np.pi / 2, height + 1))) * (2 * np.pi / width)
+        share = np.diff(elementary.sin(np.linspace(-np.pi / 2, np.pi / 2, height + 1))) * (2 * np.pi / width)
         for start in range(0, height, ROW_CHUNK):
             rows = slice(start, start + ROW_CHUNK)
             kept = self._kept(self._tinted(rows), latitude[rows], longitude, share[rows], total)
@@ -130,8 +132,8 @@ class Sky:
         dimmed = no_brighter(bright, self._threshold)
         full[row, column, :3] = dimmed.T
         excess = (bright - dimmed).astype(np.float64)
-        flat, turn = np.cos(latitude[row]), longitude[column]
-        direction = np.stack([flat * np.cos(turn), flat * np.sin(turn), np.sin(latitude[row])])
+        (level, flat), (sine, cosine) = elementary.sincos(latitude[row]), elementary.sincos(longitude[column])
+        direction = np.stack([flat * cosine, flat * sine, level])
         total.add_excess(excess, direction, share[row])
         return full
 
@@ -173,10 +175,10 @@ class Sums:
 
     def add(self, around: Float64, latitude: Float64, share: Float64) -> None:
         """Rows of a panorama: their sums over longitude of L, L cos, L sin (h, 3, rgb), and solid angles of texels."""
-        flat = share * np.cos(latitude)
+        flat = share * elementary.cos(latitude)
         self.radiance += share @ around[:, 0]
         self.toward += np.stack(
-            [flat @ around[:, 1], flat @ around[:, 2], (share * np.sin(latitude)) @ around[:, 0]], 1
+            [flat @ around[:, 1], flat @ around[:, 2], (share * elementary.sin(latitude)) @ around[:, 0]], 1
         )
 
     def add_excess(self, excess: Float64, direction: Float64, share: Float64) -> None:
@@ -189,8 +191,8 @@ def directions(height: int, width: int, start: int, stop: int) -> Float64:
     """(3, rows, width) of the middles of texels of an equirectangular image, from row `start` to before `stop`."""
     latitude = (np.arange(start, stop) + 0.5)[:, None] / height * np.pi - np.pi / 2
     longitude = -2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)[None]
-    flat = np.cos(latitude)
-    return np.stack([flat * np.cos(longitude), flat * np.sin(longitude), np.sin(latitude) + 0 * longitude])
+    (level, flat), (sine, cosine) = elementary.sincos(latitude), elementary.sincos(longitude)
+    return np.stack([flat * cosine, flat * sine, level + 0 * longitude])
 
 
 def _worked_out(expression: Expression, direction: Array) -> Float32:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...procedural import elementary
 from ...scene import Float64
 from ..core.constants import LEAST_COSINE
 from ..core.vectors import Array, cross, dot, flatnonzero
@@ -47,7 +48,7 @@ def _edge_term(a: Array, b: Array, normal: Array) -> Array:
     """angle(a, b) n.(a x b) / |a x b|, 0 for edges that point at the receiver."""
     c = cross(a, b)
     length = np.sqrt(dot(c, c))
-    angle = np.arctan2(length, dot(a, b))
+    angle = elementary.arctan2(length, dot(a, b))
     return angle * dot(c, normal) / np.where(length > 0, length, np.float32(1))
 
 
@@ -69,7 +70,7 @@ def ellipse_form_factor(center: Float64, u: Float64, v: Float64) -> Float64:
         minors = dot(across, across) - (uu * cc - uc * uc) - (vv * cc - vc * vc)
         volume2 = dot(across, center) ** 2
         m = -_least_eigenvalue(trace, minors, -volume2)
-        product, total = volume2 / m**3, np.maximum((trace + m) / m, 0)
+        product, total = volume2 / (m * m * m), np.maximum((trace + m) / m, 0)
         form = np.sqrt(product / (1 + total + product))
         s, t = (vv + m) * uc - uv * vc, (uu + m) * vc - uv * uc
         axis = center * ((uu + m) * (vv + m) - uv * uv) - u * s - v * t
@@ -83,8 +84,8 @@ def _least_eigenvalue(trace: Float64, minors: Float64, det: Float64) -> Float64:
     mean = trace / 3
     p2 = mean * mean - minors / 3
     p = np.sqrt(p2)
-    phi = np.arccos(np.clip((det - mean * (minors - 2 * mean * mean)) / (2 * p2 * p), -1, 1)) / 3
-    return np.asarray(mean + 2 * p * np.cos(phi + 2 * np.pi / 3))
+    phi = elementary.arccos(np.clip((det - mean * (minors - 2 * mean * mean)) / (2 * p2 * p), -1, 1)) / 3
+    return np.asarray(mean + 2 * p * elementary.cos(phi + 2 * np.pi / 3))
 
 
 def ball_form_factor(form: Float64, cos: Float64) -> Float64:
@@ -101,10 +102,10 @@ def ball_form_factor(form: Float64, cos: Float64) -> Float64:
     form, cos, sin_s = form.take(cut), cos.take(cut), sin_s.take(cut)
     cos_s, sin_w = np.sqrt(np.maximum(1 - form, 0)), np.sqrt(np.maximum(1 - cos * cos, LEAST_COSINE**2))
     sin_g = np.clip(cos_s / sin_w, 0, 1)
-    gamma = np.arcsin(sin_g)
-    cos_g = np.cos(gamma)
+    gamma = elementary.arcsin(sin_g)
+    cos_g = elementary.cos(gamma)
     g = -2 * sin_w * cos_s * cos_g + np.pi / 2 - gamma + sin_g * cos_g
-    h = cos * (cos_g * np.sqrt(np.maximum(form - cos_g**2, 0)) + form * np.arcsin(np.clip(cos_g / sin_s, 0, 1)))
+    h = cos * (cos_g * np.sqrt(np.maximum(form - cos_g**2, 0)) + form * elementary.arcsin(np.clip(cos_g / sin_s, 0, 1)))
     part = np.where(cos > 0, np.pi * form * cos + g - h, g + h) / np.pi
     result[cut] = np.maximum(part, 0)
     return result

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from ...procedural import elementary
 from ...scene import Float32, Float64
 from ..core.vectors import Array
 
@@ -87,9 +88,9 @@ def _lobe(rows: int, roughness: float) -> tuple[Float64, Float64]:
     """The lobe around rows i, in rows j: its spectrum over longitude (k, i, j), real as it is even; its weight (i,)."""
     latitude = (np.arange(rows) + 0.5) / rows * np.pi - np.pi / 2
     turn = np.arange(2 * rows) / rows * np.pi
-    level, flat = np.sin(latitude), np.cos(latitude)
-    cos = np.multiply.outer(level, level)[..., None] + np.multiply.outer(flat, flat)[..., None] * np.cos(turn)
-    a2 = roughness**4
+    level, flat = elementary.sincos(latitude)
+    cos = np.multiply.outer(level, level)[..., None] + np.multiply.outer(flat, flat)[..., None] * elementary.cos(turn)
+    a2 = roughness * roughness * roughness * roughness
     lobe = np.maximum(cos, 0) * (a2 / ((1 + cos) / 2 * (a2 - 1) + 1)) ** 2
     kernel = np.fft.rfft(lobe, axis=2).real.transpose(2, 0, 1)
     return np.ascontiguousarray(kernel), kernel[0] @ _areas(rows)
@@ -97,4 +98,4 @@ def _lobe(rows: int, roughness: float) -> tuple[Float64, Float64]:
 
 def _areas(rows: int) -> Float64:
     """(rows,) solid angles of the rows' fields, but for a factor."""
-    return np.diff(np.sin(np.linspace(-np.pi / 2, np.pi / 2, rows + 1)))
+    return np.diff(elementary.sin(np.linspace(-np.pi / 2, np.pi / 2, rows + 1)))

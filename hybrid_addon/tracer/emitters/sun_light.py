@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ...procedural import elementary
 from ...scene import Float32, Float64, SunLight
 from ..core.constants import LEAST_LAMP
 from ..core.sampler import disk
@@ -33,7 +34,7 @@ class CompiledSunLight(CompiledLight):
     @property
     def color_over_radiance(self) -> float:
         """Its colour is an irradiance: sr of the disk, weighted by the cosine."""
-        return float(np.pi * np.sin(min(self.light.angle, np.pi) / 2) ** 2)
+        return float(np.pi * elementary.sin(min(self.light.angle, np.pi) / 2) ** 2)
 
     def place(self) -> Float64:
         """Its direction, made a unit vector."""
@@ -42,7 +43,7 @@ class CompiledSunLight(CompiledLight):
 
     def half_size(self, toward: Float64) -> float:
         """The disk's radius."""
-        return float(np.tan(self.light.angle / 2))
+        return float(elementary.tan(self.light.angle / 2))
 
     def validate(self) -> None:
         """Its direction must not be 0, its angle finite and not negative."""
@@ -62,13 +63,13 @@ class CompiledSunLight(CompiledLight):
     def offset(self, toward: Float32, square: UnitSquare) -> Float32:
         """On the disk."""
         d2 = dot(toward, toward)
-        radius = np.full(len(d2), np.tan(self.light.angle / 2), np.float32)
+        radius = np.full(len(d2), elementary.tan(self.light.angle / 2), np.float32)
         return point_on_facing_disk(toward, d2, radius, square)
 
     def lobe_share(self, lobe: Lobe, toward: Float64, d2: Float64) -> tuple[Float64, Array]:
         """Over its solid angle weighted by the cosine, as its colour is an irradiance. A radius too small to tell
         counts as LEAST_LAMP."""
-        radius = np.full(len(d2), max(np.tan(min(self.light.angle, np.pi) / 2), LEAST_LAMP))
+        radius = np.full(len(d2), max(elementary.tan(min(self.light.angle, np.pi) / 2), LEAST_LAMP))
         seen = lobe_over_facing_disk(lobe, toward, np.sqrt(d2), radius)
         return seen / (np.pi * radius**2 / (1 + radius**2)), radius
 
@@ -77,7 +78,7 @@ class CompiledSunLight(CompiledLight):
         axis = self.position.astype(np.float64)
         along = dot(axis, direction)
         off = direction - axis * along
-        radius = np.tan(min(self.light.angle, np.pi) / 2)
+        radius = elementary.tan(min(self.light.angle, np.pi) / 2)
         return (along > 0) & (dot(off, off) <= (radius * along) ** 2), np.full(along.shape, np.inf)
 
     def emit_photons(self, center: Float64, radius: float, aim: UnitSquare, spread: UnitSquare) -> Photons:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...procedural import elementary
 from ...scene import Float32, Float64
 from ..core.constants import FILTER_SIGMA
 from ..core.sampler import hash32, r2
@@ -66,7 +67,7 @@ class PixelFilter:
         x, y = self.places(first, count)
         dx, dy = np.array(self.offsets, np.float32).T[..., None]
         d2 = ((x - dx) ** 2 + (y - dy) ** 2) / np.float32(self.radius) ** 2
-        result = np.round(np.exp(d2 * np.float32(-0.5 / FILTER_SIGMA**2)) * WEIGHT_STEPS)
+        result = np.round(elementary.exp(d2 * np.float32(-0.5 / FILTER_SIGMA**2)) * WEIGHT_STEPS)
         result[1:][d2[1:] >= 1] = 0
         return np.asarray(np.maximum(result, [[1]] + [[0]] * (len(result) - 1)) / WEIGHT_STEPS, np.float32)
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...procedural import elementary
 from ...scene import Float32, Float64
 from ..core.constants import HALVES_TO_ERROR, SAMPLING_SLOPE
 from ..core.vectors import Index, as_slice, evenly, flatnonzero, take, write
@@ -125,7 +126,7 @@ class PixelBuffer:
         if middle >= 0 and first + count > 1:
             self._estimate(where, half, second)
         else:
-            self.variance[where] *= np.float32((first / (first + count)) ** (-2 * SAMPLING_SLOPE))
+            self.variance[where] *= np.float32(elementary.power(first / (first + count), -2 * SAMPLING_SLOPE))
 
     def _estimate(self, where: Pixels | slice, first: Float32, second: Float32) -> None:
         """Estimate the variance of own means from halves (4, m) of radiance and samples seen."""

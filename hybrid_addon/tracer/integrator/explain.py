@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ...procedural import elementary
 from ...scene import Float32
 from ..core.rays import Rays
 from ..core.stats import Stats
@@ -129,7 +130,7 @@ class _Tree:
         node.distance, node.object = t, int(self.scene.geometry.object[prim])
         node.surface, node.inside = int(self.scene.geometry.surface[prim]), not bool(at.entering[0])
         cosine = float((at.wo * at.n_geometric).sum())
-        node.angle = float(np.degrees(np.arccos(min(1.0, abs(cosine)))))
+        node.angle = float(np.degrees(elementary.arccos(min(1.0, abs(cosine)))))
 
     def _branches(self, node: Node, ray: Rays, at: Interaction, children: Rays) -> dict[int, Node]:
         """The rays that go on from this one."""

@@ -18,6 +18,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...procedural import elementary
 from ...scene import Float32, Float64
 from ..core.rays import Rays
 from ..core.sampler import Draws, Sampler
@@ -202,7 +203,8 @@ def _arriving(
 
 def phase(cosine: Float64, g: Float64) -> Float64:
     """Henyey & Greenstein (1941), 1/sr: of light that comes from where a ray goes to, cosine (n,) apart from there."""
-    return np.asarray((1 - g * g) / (4 * np.pi * (1 + g * g - 2 * g * cosine) ** 1.5))
+    apart = 1 + g * g - 2 * g * cosine
+    return np.asarray((1 - g * g) / (4 * np.pi * apart * np.sqrt(apart)))
 
 
 class _Cone:
@@ -218,12 +220,12 @@ class _Cone:
         first = np.where(scatters, path.start, np.inf).min(axis=0)
         last = np.where(scatters, path.start + path.length, -np.inf).max(axis=0)
         self._low, self._high = first, last
-        self._from, self._to = (np.arctan((s - self._nearest) / self._height) for s in (first, last))
+        self._from, self._to = (elementary.arctan((s - self._nearest) / self._height) for s in (first, last))
 
     def drawn(self, chance: Float64) -> Float64:
         """Distances (n,) by random numbers (n,)."""
         angle = self._from + np.clip(chance, 0.0, 1.0) * (self._to - self._from)
-        return np.asarray(np.clip(self._nearest + self._height * np.tan(angle), self._low, self._high))
+        return np.asarray(np.clip(self._nearest + self._height * elementary.tan(angle), self._low, self._high))
 
     def density(self, distance: Float64) -> Float64:
         """(n,) 1/m of `drawn`."""

@@ -11,6 +11,7 @@ objects as it passes, each by the share of the light that stays with it.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -100,7 +101,7 @@ def survey(
 def _coarse(camera: Camera) -> Camera:
     """The same view in about SURVEY_PIXELS pixels."""
     width, height = camera.resolution
-    scale = min(1.0, (SURVEY_PIXELS / (width * height)) ** 0.5)
+    scale = min(1.0, math.sqrt(SURVEY_PIXELS / (width * height)))
     size = max(1, round(width * scale)), max(1, round(height * scale))
     return replace(camera, resolution=size, window=(0, 0, *size))
 

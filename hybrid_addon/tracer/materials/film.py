@@ -21,6 +21,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ...procedural import elementary
 from ...procedural.spectra import XYZ_TO_REC709, observer
 from ...scene import Float32, Float64
 from ...scene.surfaces import MIN_IOR
@@ -110,7 +111,7 @@ def film_reflectance(
     mean: Float64 = np.zeros((1, 1))
     for wavelength, weight in zip(*receptors_by_wavelength(), strict=True):
         phase = radians / wavelength
-        cosine, sine = np.cos(phase), np.sin(phase) if is_metal else np.zeros((1, 1))
+        sine, cosine = elementary.sincos(phase)
         passed: Float64 = np.zeros((1, 1))
         for entering, square, part in zip(enter, both, wave, strict=True):
             swing = part.real * cosine - part.imag * sine if is_metal else part.real * cosine

@@ -16,6 +16,7 @@ from functools import cache
 
 import numpy as np
 
+from ...procedural import elementary
 from ...scene import Float32, Float64
 from ...scene.surfaces import MIN_IOR
 from ..core.constants import FAINT, LEAST_COSINE, MIRROR_ROUGHNESS, TRACED_ROUGHNESS
@@ -68,7 +69,7 @@ def _visible_facets(cos: Array, alpha: Array | float, directions: int) -> tuple[
     sin = np.sqrt(1 - cos * cos)
     stretched = np.sqrt((alpha * sin) ** 2 + cos * cos)
     x, z = alpha * sin / stretched, cos / stretched
-    p, q = radius * np.cos(turn), radius * np.sin(turn)
+    q, p = (radius * a for a in elementary.sincos(turn))
     q = (1 - (1 + z) / 2) * np.sqrt(1 - p * p) + (1 + z) / 2 * q
     w = np.sqrt(np.maximum(1 - p * p - q * q, 0))
     # The frame around the stretched direction (x, 0, z): (0, 1, 0), (-z, 0, x).
@@ -121,14 +122,14 @@ def metal_reflectance(f0: Float64, edge: Float64 | None, sums: Float64, multisca
     """Albedo (3, n) of a metal: Schlick's, less a (1 - edge tint) of itself at 82 degrees; None: f0 at all angles."""
     if edge is None:
         return reflectance(f0, f0, sums, multiscatter)
-    excess = _at_the_edge(f0, 1.0) * (1 - edge) / (EDGE_COSINE * (1 - EDGE_COSINE) ** 6)
+    excess = _at_the_edge(f0, 1.0) * (1 - edge) / (EDGE_COSINE * elementary.power(1 - EDGE_COSINE, 6))
     result: Float64 = np.clip(reflectance(f0, 1.0, sums, multiscatter) - excess * sums[2], 0, 1)
     return result
 
 
 def _at_the_edge(f0: Float64, edge: Float64 | float | None) -> Float64:
     """Reflectance (3, n) of a metal at 82 degrees."""
-    return f0 if edge is None else edge * (1 + (f0 - 1) * (1 - (1 - EDGE_COSINE) ** 5))
+    return f0 if edge is None else edge * (1 + (f0 - 1) * (1 - elementary.power(1 - EDGE_COSINE, 5)))
 
 
 def normal_reflectance(ior: Float64) -> Float64:
@@ -151,7 +152,7 @@ def sheen_albedo(cos: Float64, roughness: Float64) -> Float64:
 
 def slab_tint(color: Float64, cos: Float64, ior: Float64) -> Float64:
     """What passes obliquely through a slab that passes `color` at right angles (Beer and Lambert)."""
-    return np.power(np.maximum(color, 0), ior / np.sqrt(ior * ior - (1 - cos * cos)))
+    return elementary.power(np.maximum(color, 0), ior / np.sqrt(ior * ior - (1 - cos * cos)))
 
 
 # ------------------------------------------------------------------------------------------------ films

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...procedural import elementary
 from ...scene import Float32, Texels, Texture
 from ...scene.texels import texels_of
 from ..core.constants import MAX_TEXTURE_COORDINATE
@@ -42,8 +43,8 @@ def equirect_coordinates(direction: Array) -> tuple[Float32, Float32]:
     u = 0.5 - atan2(y, x) / 2 pi, v = 0.5 + atan2(z, hypot(x, y)) / pi (gpu_shader_material_tex_environment.glsl).
     """
     x, y, z = direction.astype(np.float32, copy=False)
-    u = np.float32(0.5) - np.arctan2(y, x) * np.float32(0.5 / np.pi)
-    return u, np.float32(0.5) + np.arctan2(z, np.sqrt(x * x + y * y)) * np.float32(1 / np.pi)
+    u = np.float32(0.5) - elementary.arctan2(y, x) * np.float32(0.5 / np.pi)
+    return u, np.float32(0.5) + elementary.arctan2(z, np.sqrt(x * x + y * y)) * np.float32(1 / np.pi)
 
 
 def lookup(

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ...procedural import elementary
 from ...scene import Camera, Float32, Float64, Fog, FogBody, Instance, Medium, Scene, TriangleMesh
 from ..core.constants import EMBREE_LIMIT, FOG_FLATNESS, MAX_FOG_CROSSINGS
 from ..core.rays import offset_origin, origin_offset, traceable
@@ -47,13 +48,13 @@ class FogPath:
 
     def transmittance(self) -> Float64:
         """(3, n), what is left of light at the ray's end."""
-        return np.exp(-(self.medium[EXTINCTION] * self.length).sum(axis=1))
+        return elementary.exp(-(self.medium[EXTINCTION] * self.length).sum(axis=1))
 
     @cached_property
     def reaching(self) -> Float64:
         """(3, k, n): what reaches the ray's start of light that comes from the start of each stretch."""
         depth = self.medium[EXTINCTION] * self.length
-        return np.exp(-(np.cumsum(depth, axis=1) - depth))
+        return elementary.exp(-(np.cumsum(depth, axis=1) - depth))
 
     @cached_property
     def within(self) -> Float64:
@@ -61,7 +62,7 @@ class FogPath:
         sigma = self.medium[EXTINCTION]
         depth = sigma * self.length
         with np.errstate(divide="ignore", invalid="ignore"):
-            thick = -np.expm1(-depth) / sigma
+            thick = -elementary.expm1(-depth) / sigma
         return np.where(sigma > 0, thick, self.length)
 
     def glow(self, ambient: Array) -> Float64:
@@ -81,7 +82,7 @@ class FogPath:
     def at(self, distance: Float64) -> tuple[Float64, Float64, Float64]:
         """At distances (n,): what reaches the start of light from there (3, n), scattering (3, n), anisotropy (n,)."""
         gone = np.clip(distance - self.start, 0.0, self.length)
-        left = np.exp(-(self.medium[EXTINCTION] * gone).sum(axis=1))
+        left = elementary.exp(-(self.medium[EXTINCTION] * gone).sum(axis=1))
         here = (distance >= self.start) & (distance < self.start + self.length)
         scattering = (self.medium[SCATTERING] * here).sum(axis=1)
         mean = scattering.mean(axis=0)
@@ -120,7 +121,7 @@ class FogPath:
         share = np.clip((wanted - upto[number, n] + own) / np.where(own > 0, own, 1.0), 0.0, 1.0)
         length, sigma = self.length[number, n], self.medium[color, number, n]
         with np.errstate(divide="ignore", invalid="ignore"):
-            inside = -np.log1p(share * np.expm1(-sigma * length)) / sigma
+            inside = -elementary.log1p(share * elementary.expm1(-sigma * length)) / sigma
         return np.asarray(self.start[number, n] + np.clip(np.where(sigma > 0, inside, share * length), 0.0, length))
 
     def density(self, distance: Float64) -> Float64:
@@ -129,7 +130,7 @@ class FogPath:
         here = (distance >= self.start) & (distance < self.start + self.length)
         total = weight.sum(axis=1, keepdims=True)
         with np.errstate(divide="ignore", invalid="ignore"):
-            own = sigma * np.exp(-sigma * (distance - self.start)) / -np.expm1(-sigma * self.length)
+            own = sigma * elementary.exp(-sigma * (distance - self.start)) / -elementary.expm1(-sigma * self.length)
             own = np.where(sigma > 0, own, 1.0 / self.length)
             share = np.where(here & (weight > 0), weight / total * own, 0.0)
         return np.asarray((share.sum(axis=1) * self._likely).sum(axis=0))

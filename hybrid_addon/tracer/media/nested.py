@@ -26,6 +26,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...procedural import elementary
 from ...scene import Float32, Float64
 from ..core.constants import MAX_PROBE_CROSSINGS, RANK_BITS
 from ..core.rays import Rays, offset_origin, origin_offset, traceable
@@ -61,7 +62,7 @@ def transmittance(absorption: Float64, stack: Stack, distance: Float64) -> Float
     result = np.ones(sigma.shape)
     for channel in range(3):
         within = flatnonzero(sigma[channel])  # nowhere else: 0 times an infinite distance is no number
-        result[channel, within] = np.exp(-sigma[channel, within] * distance[within])
+        result[channel, within] = elementary.exp(-sigma[channel, within] * distance[within])
     return result
 
 

@@ -10,12 +10,12 @@ missed. So a random share of the pixels that could stop takes all its samples, a
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...procedural import elementary
 from ...scene import Float32
 from ..core.constants import AUDIT_AT_MOST, AUDIT_PIXELS, AUDIT_SHARE, FIRST_SAMPLES, SECOND_LOOK
 from ..core.sampler import hash32
@@ -32,7 +32,7 @@ AUDIT_SALT = np.uint32(0x51ED270B)
 def looks(samples: int) -> list[int]:
     """After how many samples of a pixel, below `samples`, it is asked whether it needs more."""
     first = [FIRST_SAMPLES] if samples > FIRST_SAMPLES else []
-    doublings = range(int(math.log2(max(samples - 1, SECOND_LOOK) // SECOND_LOOK)) + 1)
+    doublings = range((max(samples - 1, SECOND_LOOK) // SECOND_LOOK).bit_length())
     return first + [SECOND_LOOK << k for k in doublings if SECOND_LOOK << k < samples]
 
 
@@ -140,10 +140,10 @@ def upper_limit(k: int, n: int, confidence: float = 0.95) -> float:
     if k >= n:
         return 1.0
     i = np.arange(1, k + 1)
-    log_choose = np.concatenate([[0.0], np.cumsum(np.log((n - i + 1) / i))])
+    log_choose = np.concatenate([[0.0], np.cumsum(elementary.log((n - i + 1) / i))])
     low, high = 0.0, 1.0
     for _ in range(60):
         p = (low + high) / 2
-        terms = log_choose + np.arange(k + 1) * math.log(p) + (n - np.arange(k + 1)) * math.log1p(-p)
-        low, high = (p, high) if np.exp(terms).sum() >= 1 - confidence else (low, p)
+        terms = log_choose + np.arange(k + 1) * elementary.log(p) + (n - np.arange(k + 1)) * elementary.log1p(-p)
+        low, high = (p, high) if elementary.exp(terms).sum() >= 1 - confidence else (low, p)
     return high

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import expressions as ex
+from ...procedural import elementary
 from ...scene import Float32, Float64, Texture
 from ..core.constants import BUMP_STEP, STEEPEST_FACET
 from ..core.rays import (
@@ -214,8 +215,8 @@ class HitData:
         on_sphere = flatnonzero((face >= nt) & (face < nt + ns))
         if len(on_sphere):
             x, y, z = point[:, on_sphere] - geometry.sphere_center[face[on_sphere] - nt].T
-            u[on_sphere] = 0.5 + np.arctan2(y, x) / (2 * np.pi)
-            v[on_sphere] = 0.5 + np.arctan2(z, np.sqrt(x * x + y * y)) / np.pi
+            u[on_sphere] = 0.5 + elementary.arctan2(y, x) / (2 * np.pi)
+            v[on_sphere] = 0.5 + elementary.arctan2(z, np.sqrt(x * x + y * y)) / np.pi
         on_plane = flatnonzero((face >= nt + ns) & (face < geometry.flattened_count))
         if len(on_plane):
             u[on_plane], v[on_plane] = _plane_coordinates(geometry.facets[face[on_plane], :3].T, point[:, on_plane])

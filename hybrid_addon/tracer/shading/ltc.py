@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ...procedural import elementary
 from ...scene import Float32, Float64
 from ..core.constants import LEAST_COSINE
 from ..core.vectors import Array, cross, dot, orthonormal_basis, take
@@ -169,8 +170,8 @@ def ggx_lobe(wo: Float32, n: Float32, roughness: Float32) -> Lobe:
     alpha = roughness.astype(np.float64) ** 2
     tilt, m11, m22, m13 = _look_up(cos, roughness) * alpha
     # From the mirror's direction, which is as far from the normal as the eye, on the other side.
-    angle = np.arctan2(sin, cos) + tilt
-    sin, cos = np.sin(angle), np.cos(angle)
+    angle = elementary.arctan2(sin, cos) + tilt
+    sin, cos = elementary.sincos(angle)
     return Lobe(-cos * tangent - sin * normal, cross(normal, tangent), cos * normal - sin * tangent, m11, m22, m13)
 
 

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...procedural import elementary
 from ...scene import Float32, Float64
 from ..core.constants import FAINT, LEAST_COSINE, MICROFACET_TRIES, MIRROR_ROUGHNESS
 from ..core.rays import Rays
@@ -185,7 +186,8 @@ def visible_normal(
     phi: Array = np.float32(2 * np.pi) * square[0]
     cap = 1 - square[1] * (1 + z)  # from 1 down to -z
     sin = np.sqrt(np.maximum(1 - cap * cap, 0))
-    hx, hy, hz = sin * np.cos(phi) + x, sin * np.sin(phi) + y, np.maximum(cap + z, np.float32(0))
+    across, ahead = elementary.sincos(phi)
+    hx, hy, hz = sin * ahead + x, sin * across + y, np.maximum(cap + z, np.float32(0))
     return normalize(tangent * (hx * along) + bitangent * (hy * across) + n * hz).astype(np.float32, copy=False)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...accelerated import accelerated
+from ...procedural import elementary
 from ...procedural.fresnel import fresnel_dielectric as fresnel_dielectric
 from ...scene import Float32, Float64
 from ..core.constants import LEAST_COSINE, MIN_OUTER_COSINE, OUTER_COSINE_SHARE, SIMPLE_CAUSTIC_FROM
@@ -90,7 +91,7 @@ def simple_caustic(cos_i: Float64, ior: Float64) -> Float64:
     and e = 2^(9 r): 108 % for IOR 1.33, 86 % for 1.5, 19 % for 2. Flat panes it makes k^2 times too bright.
     """
     r = np.clip(ior - 1, 0.0, 1.0)
-    brightened = cos_i ** (2 ** (9 * r)) * ior * (1 + 4 * r)
+    brightened = elementary.power(cos_i, elementary.power(2.0, 9 * r)) * ior * (1 + 4 * r)
     return np.where(r > SIMPLE_CAUSTIC_FROM, brightened, 1.0)
 
 
@@ -197,7 +198,9 @@ def phong(sin2_h: Float32, cos_i: Float32, cos_o: Float32, wo_h: Float32, expone
     """
     cos2_h = np.maximum(1 - sin2_h, np.float32(LEAST_COSINE))
     # cos_h^e: with large exponents a rounding of the cosine near 1 would count as often.
-    power = np.exp(exponent * np.float32(0.5) * np.log1p(np.maximum(-sin2_h, np.float32(LEAST_COSINE - 1))))
+    power = elementary.exp(
+        exponent * np.float32(0.5) * elementary.log1p(np.maximum(-sin2_h, np.float32(LEAST_COSINE - 1)))
+    )
     d = (exponent + 2) * np.float32(1 / (2 * np.pi)) * power
     valley = 2 * np.sqrt(cos2_h) / wo_h
     visible = np.minimum(1 / cos_o, valley * np.minimum(np.float32(1), cos_i / cos_o))
