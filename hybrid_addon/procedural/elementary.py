@@ -32,10 +32,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..accelerated import accelerated
 from . import elementary_core as core
-from .elementary_core import LONG, SHORT
+from .elementary_core import LONG, SHORT, Format
 
 Array = NDArray[Any]
+
+Rows = tuple[Array, ...]
+Function = Callable[..., Rows]
 
 CHUNK = 1 << 14
 """Numbers that are worked on at once: what a function writes in between stays in the processor's cache."""
@@ -130,22 +134,37 @@ def _leg(x: Any) -> Array:
 # ------------------------------------------------------------------------------------------------ arrays
 
 
-def _worked_out(function: Callable[..., tuple[Array, ...]], *inputs: Any) -> list[Array]:
-    """What a function gives for arrays that broadcast: it takes the format and copies (m,), which it may write to."""
+def _worked_out(function: Function, *inputs: Any) -> list[Array]:
+    """What a function of `elementary_core` gives for arrays that broadcast, in their shape."""
     form = SHORT if np.result_type(*inputs) == np.float32 else LONG
     if len(inputs) > 1:
         inputs = np.broadcast_arrays(*inputs)
-    rows = [np.asarray(a).reshape(-1) for a in inputs]
-    size = rows[0].size
-    results: list[Array] = []
+    rows = [np.asarray(a, form.number).reshape(-1) for a in inputs]
     with np.errstate(all="ignore"):
-        for start in range(0, max(size, 1), CHUNK):
-            part = slice(start, start + CHUNK)
-            found = function(form, *(np.array(row[part], form.number) for row in rows))
-            if size <= CHUNK:
-                results = list(found)
-                break
-            results = results or [np.empty(size, form.number) for _ in found]
-            for result, values in zip(results, found, strict=True):
-                result[part] = values
-    return [result.reshape(np.shape(inputs[0]))[()] for result in results]
+        found = _OF_ROWS[function, form.number](*rows)
+    return [result.reshape(np.shape(inputs[0]))[()] for result in found]
+
+
+def _of_rows(function: Function, form: Format) -> Callable[..., Rows]:
+    """The function of arrays (n,), which it does not write to; it has a compiled twin."""
+
+    def run(*rows: Array) -> Rows:
+        size = rows[0].size
+        if size <= CHUNK:
+            return function(form, *(row.copy() for row in rows))
+        parts = [slice(start, start + CHUNK) for start in range(0, size, CHUNK)]
+        found = zip(*(function(form, *(row[part].copy() for row in rows)) for part in parts), strict=True)
+        return tuple(np.concatenate(chunks) for chunks in found)
+
+    run.__qualname__ = f"{function.__name__}_{form.number.__name__}"
+    return accelerated(run)
+
+
+_OF_ROWS: dict[tuple[Function, type], Function] = {
+    (function, form.number): _of_rows(function, form)
+    for function in (
+        core.exp, core.expm1, core.log, core.log1p, core.sincos, core.sincos_near_0, core.arctan2, core.power
+    )
+    for form in (SHORT, LONG)
+    if function is not core.power or form is LONG
+}  # fmt: skip

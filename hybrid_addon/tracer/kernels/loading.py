@@ -250,11 +250,14 @@ def _parts(function: Callable[..., Any], seen: set[int]) -> Iterator[bytes]:
     seen.add(id(function))
     code = function.__code__
     yield function.__name__.encode() + code.co_code + repr((code.co_consts, code.co_names)).encode()
-    for name in code.co_names:
-        value: Any = function.__globals__.get(name)
+    named = {name: function.__globals__.get(name) for name in code.co_names}
+    around = zip(code.co_freevars, (cell.cell_contents for cell in function.__closure__ or ()), strict=True)
+    for name, value in [*named.items(), *around]:
         if hasattr(value, "py_func"):
             yield from _parts(value.py_func, seen)
         elif isinstance(value, (bool, int, float, str, tuple, np.generic)):
             yield f"{name} {type(value).__name__} {value!r}".encode()
+        elif isinstance(value, type):
+            yield f"{name} {value.__name__}".encode()
         elif isinstance(value, np.ndarray):
             yield f"{name} {value.dtype} {value.shape}".encode() + value.tobytes()

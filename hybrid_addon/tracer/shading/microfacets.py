@@ -186,8 +186,8 @@ def visible_normal(
     phi: Array = np.float32(2 * np.pi) * square[0]
     cap = 1 - square[1] * (1 + z)  # from 1 down to -z
     sin = np.sqrt(np.maximum(1 - cap * cap, 0))
-    across, ahead = elementary.sincos(phi)
-    hx, hy, hz = sin * ahead + x, sin * across + y, np.maximum(cap + z, np.float32(0))
+    sin_phi, cos_phi = elementary.sincos(phi)
+    hx, hy, hz = sin * cos_phi + x, sin * sin_phi + y, np.maximum(cap + z, np.float32(0))
     return normalize(tangent * (hx * along) + bitangent * (hy * across) + n * hz).astype(np.float32, copy=False)
 
 

@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Kernels of procedural/elementary.py, and the functions of single numbers that they and other kernels are made of.
+
+Each is compiled for float32 (`SHORT`) and for float64 (`LONG`): `SHORT.exp(x)`. Where an odd number needs a branch, a
+kernel works on all numbers without it, as the processor does many of these at once, and on the odd ones once more.
+"""
+
+# mypy: disable-error-code="no-untyped-def"
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...procedural import elementary_core as core
+from .declare import f4, f8, helper, kernel, largest, least
+
+
+class Functions(NamedTuple):
+    """Helpers of one number, or two, of one type. The twins in `elementary_core` have the formulas."""
+
+    exp: Any
+    expm1: Any
+    log: Any
+    log1p: Any
+    sincos: Any
+    sincos_near_0: Any
+    arctan2: Any
+    power: Any
+    normal_log: Any
+    normal_sincos: Any
+
+
+def functions(form: core.Format, long: Functions | None = None) -> Functions:
+    """Those of a format. long: those of float64, for what float32 does not reach."""
+    N: Any = form.number
+    I: Any = form.integer  # noqa: E741
+    zero, half, one, two = N(0), N(0.5), N(1), N(2)
+    whole, tiny, huge, most, inf, nan = (N(v) for v in (form.whole, form.tiny, form.huge, form.most, np.inf, np.nan))
+    over_log_2, two_over_pi, tan_pi_8 = (N(v) for v in (core.OVER_LOG_2, core.TWO_OVER_PI, core.TAN_PI_8))
+    (least_exp, most_exp), (log_2, log_2_rest) = map(N, form.exp_range), map(N, form.log_2)
+    up, down, raised, turn = N(2.0**core.UP), N(2.0**-core.UP), N(core.UP), core.TURN
+    quarter_pi, half_pi_rest, pi_rest = N(form.pi[0] / 4), N(form.pi[1] * 0.5), N(form.pi[1])
+    half_pi, pi = N(form.pi[0] * 0.5), N(form.pi[0])
+    sine_of, cosine_of, exponential, logarithm, arctangent, quarters = (
+        tuple(map(N, c))
+        for c in (form.sine, form.cosine, form.exponential, form.logarithm, form.arctangent, form.half_pi)
+    )
+    mantissa, moved, sign, unit = I(form.mantissa), I(form.quarter), I(form.sign), I(1)
+    whole_bits, one_bits, root_half_bits = map(I, form.bits)
+
+    @helper
+    def polynomial(x, c):
+        total = x * c[0]
+        for k in range(1, len(c) - 1):
+            total = (total + c[k]) * x
+        return total + c[len(c) - 1]
+
+    @helper
+    def reduced_exp(x):
+        x = least(largest(x, least_exp), most_exp)
+        k = x * over_log_2 + whole
+        n = k - whole
+        x = x - n * log_2 - n * log_2_rest
+        return polynomial(x, exponential) * x * x + x, k
+
+    @helper
+    def times_power_of_2(x, k):
+        bits = I(N(k).view(I) - whole_bits)
+        first = I(bits >> unit)
+        second = I(bits - first)
+        x = x * I((first << mantissa) + one_bits).view(N)
+        return x * I((second << mantissa) + one_bits).view(N)
+
+    @helper
+    def exp(x):
+        p, k = reduced_exp(x)
+        return times_power_of_2(p + one, k)
+
+    @helper
+    def expm1(x):
+        p, k = reduced_exp(x)
+        scale = times_power_of_2(one, k - one)
+        return (p * scale + (scale - half)) * two
+
+    @helper
+    def log_of(x, lowered, rest, has_rest):
+        bits = N(x).view(I)
+        exponent = I(I(bits - root_half_bits) >> mantissa)
+        f = I(bits - I(exponent << mantissa)).view(N) - one
+        k = I(exponent + whole_bits).view(N) - whole - lowered
+        s = f / (f + two)
+        z = s * s
+        square = f * half * f
+        p = (polynomial(z, logarithm) * z + square) * s + k * log_2_rest
+        if has_rest:
+            p = p + rest
+        return k * log_2 + (f - (square - p))
+
+    @helper
+    def normal_log(x):
+        return log_of(x, zero, zero, False)
+
+    @helper
+    def any_log(x, rest, has_rest):
+        if x >= tiny and x < inf:
+            return log_of(x, zero, rest, has_rest)
+        if x > zero and x < inf:
+            return log_of(x * up, raised, rest, has_rest)
+        return -inf if x == zero else (inf if x == inf else nan)
+
+    @helper
+    def log(x):
+        return any_log(x, zero, False)
+
+    @helper
+    def log1p(x):
+        u = x + one
+        return any_log(u, (x - (u - one)) / u, True)
+
+    @helper
+    def power(x, y):
+        result = exp(log(abs(x)) * y)
+        if x > zero and x < inf and abs(y) < inf:
+            return result
+        if y == zero or x == one or (x == -one and abs(y) == inf):
+            return one
+        if x < zero and x > -inf and np.floor(y) != y:
+            return nan
+        return N(np.copysign(result, x)) if abs(np.fmod(y, two)) == one else result
+
+    @helper
+    def sincos_near_0(x):
+        z = x * x
+        return polynomial(z, sine_of) * z * x + x, (polynomial(z, cosine_of) * z - half) * z + one
+
+    @helper
+    def normal_sincos(x):
+        k = x * two_over_pi + whole
+        n = k - whole
+        for part in quarters:
+            x = x - n * part
+        sine, cosine = sincos_near_0(x)
+        quarter, s, c = N(k).view(I), N(sine).view(I), N(cosine).view(I)
+        swapped = I(I(-I(quarter & unit)) & I(s ^ c))
+        s = I(I(s ^ swapped) ^ I(I(quarter << moved) & sign))
+        c = I(I(c ^ swapped) ^ I(I(I(quarter + unit) << moved) & sign))
+        return s.view(N), c.view(N)
+
+    if long is None:
+
+        @helper
+        def far_sincos(x):
+            return normal_sincos(np.fmod(x, turn)) if abs(x) < inf else (nan, nan)
+
+    else:
+        of_float64 = long.sincos
+
+        @helper
+        def far_sincos(x):
+            sine, cosine = of_float64(np.float64(x))
+            return N(sine), N(cosine)
+
+    @helper
+    def sincos(x):
+        return normal_sincos(x) if abs(x) < most else far_sincos(x)
+
+    @helper
+    def arctan2(y, x):
+        a, b = abs(x), abs(y)
+        low, high = least(a, b), largest(a, b)
+        endless, large = high == inf, high >= huge
+        low = (one if low == inf else zero) if endless else (low * down if large else low)
+        high = one if endless or high == zero else (high * down if large else high)
+        steep = one if low > high * tan_pi_8 else zero
+        t = (low - steep * high) / (high + low * steep)
+        z = t * t
+        angle = polynomial(z, arctangent) * z * t + t + steep * quarter_pi
+        upper, left = (one if b > a else zero), (one if np.signbit(x) else zero)
+        angle = angle * (one - two * upper) + upper * half_pi_rest + upper * half_pi
+        angle = angle * (one - two * left) + left * pi_rest + left * pi
+        return N(np.copysign(angle, y))
+
+    return Functions(
+        exp, expm1, log, log1p, sincos, sincos_near_0, arctan2, power, normal_log, normal_sincos,
+    )  # fmt: skip
+
+
+LONG = functions(core.LONG)
+SHORT = functions(core.SHORT, LONG)
+
+
+def declare(form: core.Format, of: Functions, row: Any) -> None:
+    """Declare the kernels of a format; row: the type of its arrays (n,)."""
+    name = f"procedural.elementary.{{}}_{form.number.__name__}".format
+    one = form.number(1)
+    tiny, inf, most = (form.number(v) for v in (form.tiny, np.inf, form.most))
+    exp_of, expm1_of, near_0_of, arctan2_of = of.exp, of.expm1, of.sincos_near_0, of.arctan2
+    normal_log, log_of, log1p_of, normal_sincos, sincos_of = (
+        of.normal_log, of.log, of.log1p, of.normal_sincos, of.sincos
+    )  # fmt: skip
+
+    @kernel(name("exp"), [(row,)])
+    def exp(x):
+        result = np.empty_like(x)
+        for i in range(len(x)):
+            result[i] = exp_of(x[i])
+        return (result,)
+
+    @kernel(name("expm1"), [(row,)])
+    def expm1(x):
+        result = np.empty_like(x)
+        for i in range(len(x)):
+            result[i] = expm1_of(x[i])
+        return (result,)
+
+    @kernel(name("log"), [(row,)])
+    def log(x):
+        result = np.empty_like(x)
+        for i in range(len(x)):
+            result[i] = normal_log(x[i] if x[i] >= tiny and x[i] < inf else one)
+        for i in range(len(x)):
+            if not (x[i] >= tiny and x[i] < inf):
+                result[i] = log_of(x[i])
+        return (result,)
+
+    @kernel(name("log1p"), [(row,)])
+    def log1p(x):
+        result = np.empty_like(x)
+        for i in range(len(x)):
+            result[i] = log1p_of(x[i])
+        return (result,)
+
+    @kernel(name("sincos"), [(row,)])
+    def sincos(x):
+        sine, cosine = np.empty_like(x), np.empty_like(x)
+        for i in range(len(x)):
+            sine[i], cosine[i] = normal_sincos(x[i] if abs(x[i]) < most else one)
+        for i in range(len(x)):
+            if not abs(x[i]) < most:
+                sine[i], cosine[i] = sincos_of(x[i])
+        return sine, cosine
+
+    @kernel(name("sincos_near_0"), [(row,)])
+    def sincos_near_0(x):
+        sine, cosine = np.empty_like(x), np.empty_like(x)
+        for i in range(len(x)):
+            sine[i], cosine[i] = near_0_of(x[i])
+        return sine, cosine
+
+    @kernel(name("arctan2"), [(row, row)])
+    def arctan2(y, x):
+        result = np.empty_like(x)
+        for i in range(len(x)):
+            result[i] = arctan2_of(y[i], x[i])
+        return (result,)
+
+
+declare(core.SHORT, SHORT, f4[1])
+declare(core.LONG, LONG, f8[1])
+_power = LONG.power
+
+
+@kernel("procedural.elementary.power_float64", [(f8[1], f8[1])])
+def power(x, y):
+    """See the twin."""
+    result = np.empty_like(x)
+    for i in range(len(x)):
+        result[i] = _power(x[i], y[i])
+    return (result,)

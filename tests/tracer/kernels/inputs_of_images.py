@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The same for elementary functions, camera rays and the sampler, textures and the film."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .inputs import Arguments, Source, arguments_of
+
+
+def _numbers(dtype: Any, count: int) -> Arguments:
+    """Rows of numbers of any size."""
+
+    def make(s: Source) -> tuple[Any, ...]:
+        with np.errstate(over="ignore"):
+            return tuple((s.numbers(low=-4, high=4) * 10.0 ** s.whole(-3, 7)).astype(dtype) for _ in range(count))
+
+    return make
+
+
+for dtype in ("float32", "float64"):
+    for function in ("exp", "expm1", "log", "log1p", "sincos", "sincos_near_0"):
+        arguments_of(f"procedural.elementary.{function}_{dtype}")(_numbers(dtype, 1))
+    arguments_of(f"procedural.elementary.arctan2_{dtype}")(_numbers(dtype, 2))
+arguments_of("procedural.elementary.power_float64")(_numbers("float64", 2))
