@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,7 +88,7 @@ class LocatedLight(CompiledLight):
         d2, r2 = dot(away, away), self.fog_radius**2
         distance, hull = np.sqrt(d2), np.sqrt(d2 + r2)
         power = 2 / np.maximum(d2 + r2 + distance * hull, LEAST_SQUARE)
-        shown = self.emission_toward(away / np.maximum(distance, LEAST_SQUARE**0.5))
+        shown = self.emission_toward(away / np.maximum(distance, math.sqrt(LEAST_SQUARE)))
         return self.fade(power * shown * self.fog_share, point, d2.astype(np.float32))
 
     def can_reach(self, bounds: Bounds) -> bool:
