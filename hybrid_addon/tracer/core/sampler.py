@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ...accelerated import accelerated
 from ...procedural import elementary
 from ...procedural.elementary_core import swap
 from ...scene import Float32
@@ -72,6 +73,28 @@ def _reverse(v: UInt32) -> UInt32:
     return v.byteswap()
 
 
+@accelerated
+def keyed(
+    pixels: UInt32, first: int, count: int, sample: NDArray[np.intp], path: UInt32
+) -> tuple[UInt32, UInt32]:  # fmt: skip
+    """Of samples (n,) of a tile, and the ways (n,) through their trees: keys, and numbers within the pixel, (n,) each.
+
+    pixels, first, count : see `Sampler`.
+    """
+    pixel = sample // count
+    return hash32(pixels.take(pixel) ^ hash32(path)), (first + sample - pixel * count).astype(np.uint32)
+
+
+@accelerated
+def square_points(
+    key: UInt32, number: UInt32, dimension: np.uint32, part: int, parts: int
+) -> tuple[Float32, Float32]:  # fmt: skip
+    """Points (n,) of the unit square: part `part` of the `parts` of samples `number` (n,), in a dimension."""
+    key = hash32(key ^ dimension)
+    number = number if parts == 1 else number * np.uint32(parts) + np.uint32(part)
+    return r2(key, permute(number, hash32(key)))
+
+
 @dataclass(eq=False)
 class Draws:
     """The random numbers of n places in ray trees: worked out for those that ask for some.
@@ -86,20 +109,19 @@ class Draws:
     path: UInt32
     parts: UInt32 | None = None
 
-    @cached_property
+    @property
     def key(self) -> UInt32:
         """(n,) of the pixel and of the way through the tree."""
-        return hash32(self.sampler.pixels.take(self._pixel) ^ hash32(self.path))
+        return self._keyed[0]
 
     @cached_property
-    def _pixel(self) -> NDArray[np.intp]:
-        """(n,) of the sampler's tile."""
-        return self.sample // self.sampler.count
+    def _keyed(self) -> tuple[UInt32, UInt32]:
+        return keyed(self.sampler.pixels, self.sampler.first, self.sampler.count, self.sample, self.path)
 
     @cached_property
     def number(self) -> UInt32:
         """(n,) of the sample within its pixel."""
-        number = (self.sampler.first + self.sample - self._pixel * self.sampler.count).astype(np.uint32)
+        number = self._keyed[1]
         return number if self.parts is None else number * self.parts[0] + self.parts[1]
 
     def take(self, index: Index) -> Draws:
@@ -109,9 +131,7 @@ class Draws:
 
     def square(self, dimension: np.uint32, part: int = 0, parts: int = 1) -> tuple[Float32, Float32]:
         """Point `part` of the `parts` (n,) that each sample takes of the unit square in a dimension."""
-        key = hash32(self.key ^ dimension)
-        number = self.number if parts == 1 else self.number * np.uint32(parts) + np.uint32(part)
-        return r2(key, permute(number, hash32(key)))
+        return square_points(self.key, self.number, np.uint32(dimension), part, parts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +150,7 @@ class Sampler:
         return Draws(self, sample, path[0])
 
 
+@accelerated
 def disk(u: Array, v: Array) -> tuple[Array, Array]:
     """Map the unit square to the unit disk, keeping areas: x, y (n,) (Shirley & Chiu 1997)."""
     a, b = 2 * u - 1, 2 * v - 1

@@ -25,3 +25,21 @@ for dtype in ("float32", "float64"):
         arguments_of(f"procedural.elementary.{function}_{dtype}")(_numbers(dtype, 1))
     arguments_of(f"procedural.elementary.arctan2_{dtype}")(_numbers(dtype, 2))
 arguments_of("procedural.elementary.power_float64")(_numbers("float64", 2))
+
+
+@arguments_of("tracer.core.sampler.keyed")
+def _(s: Source) -> tuple[Any, ...]:
+    pixels = Source(s.rng, 50).whole(0, 2**32, dtype=np.uint32)
+    return pixels, 7, 4, s.whole(0, 200), s.whole(0, 2**32, dtype=np.uint32)
+
+
+@arguments_of("tracer.core.sampler.square_points")
+def _(s: Source) -> tuple[Any, ...]:
+    parts = 1 if s.n % 2 else 3
+    key, number = (s.whole(0, 2**32, dtype=np.uint32) for _ in range(2))
+    return key, number, np.uint32(0x9E3779B1), parts - 1, parts
+
+
+@arguments_of("tracer.core.sampler.disk")
+def _(s: Source) -> tuple[Any, ...]:
+    return s.numbers(low=0, high=1), s.numbers(low=0, high=1)
