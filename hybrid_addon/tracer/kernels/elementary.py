@@ -29,7 +29,10 @@ class Functions(NamedTuple):
     arctan2: Any
     power: Any
     normal_log: Any
+    normal_log1p: Any
+    normal_power: Any
     normal_sincos: Any
+    normal_arctan2: Any
 
 
 def functions(form: core.Format, long: Functions | None = None) -> Functions:
@@ -120,6 +123,15 @@ def functions(form: core.Format, long: Functions | None = None) -> Functions:
         return any_log(u, (x - (u - one)) / u, True)
 
     @helper
+    def normal_log1p(x):
+        u = x + one
+        return log_of(u, zero, (x - (u - one)) / u, True)
+
+    @helper
+    def normal_power(x, y):
+        return exp(normal_log(x) * y)
+
+    @helper
     def power(x, y):
         result = exp(log(abs(x)) * y)
         if x > zero and x < inf and abs(y) < inf:
@@ -167,23 +179,31 @@ def functions(form: core.Format, long: Functions | None = None) -> Functions:
         return normal_sincos(x) if abs(x) < most else far_sincos(x)
 
     @helper
-    def arctan2(y, x):
-        a, b = abs(x), abs(y)
-        low, high = least(a, b), largest(a, b)
-        endless, large = high == inf, high >= huge
-        low = (one if low == inf else zero) if endless else (low * down if large else low)
-        high = one if endless or high == zero else (high * down if large else high)
+    def angle_of(y, x, low, high):
         steep = one if low > high * tan_pi_8 else zero
         t = (low - steep * high) / (high + low * steep)
         z = t * t
         angle = polynomial(z, arctangent) * z * t + t + steep * quarter_pi
-        upper, left = (one if b > a else zero), (one if np.signbit(x) else zero)
+        upper, left = (one if abs(y) > abs(x) else zero), (one if N(x).view(I) < 0 else zero)
         angle = angle * (one - two * upper) + upper * half_pi_rest + upper * half_pi
         angle = angle * (one - two * left) + left * pi_rest + left * pi
         return N(np.copysign(angle, y))
 
+    @helper
+    def normal_arctan2(y, x):
+        return angle_of(y, x, least(abs(x), abs(y)), largest(abs(x), abs(y)))
+
+    @helper
+    def arctan2(y, x):
+        low, high = least(abs(x), abs(y)), largest(abs(x), abs(y))
+        endless, large = high == inf, high >= huge
+        low = (one if low == inf else zero) if endless else (low * down if large else low)
+        high = one if endless or high == zero else (high * down if large else high)
+        return angle_of(y, x, low, high)
+
     return Functions(
-        exp, expm1, log, log1p, sincos, sincos_near_0, arctan2, power, normal_log, normal_sincos,
+        exp, expm1, log, log1p, sincos, sincos_near_0, arctan2, power, normal_log, normal_log1p, normal_power,
+        normal_sincos, normal_arctan2,
     )  # fmt: skip
 
 
@@ -195,10 +215,11 @@ def declare(form: core.Format, of: Functions, row: Any) -> None:
     """Declare the kernels of a format; row: the type of its arrays (n,)."""
     name = f"procedural.elementary.{{}}_{form.number.__name__}".format
     one = form.number(1)
-    tiny, inf, most = (form.number(v) for v in (form.tiny, np.inf, form.most))
+    tiny, inf, most, huge, zero = (form.number(v) for v in (form.tiny, np.inf, form.most, form.huge, 0))
     exp_of, expm1_of, near_0_of, arctan2_of = of.exp, of.expm1, of.sincos_near_0, of.arctan2
-    normal_log, log_of, log1p_of, normal_sincos, sincos_of = (
-        of.normal_log, of.log, of.log1p, of.normal_sincos, of.sincos
+    log_of, log1p_of, sincos_of = of.log, of.log1p, of.sincos
+    normal_log, normal_log1p, normal_sincos, normal_arctan2 = (
+        of.normal_log, of.normal_log1p, of.normal_sincos, of.normal_arctan2
     )  # fmt: skip
 
     @kernel(name("exp"), [(row,)])
@@ -229,7 +250,10 @@ def declare(form: core.Format, of: Functions, row: Any) -> None:
     def log1p(x):
         result = np.empty_like(x)
         for i in range(len(x)):
-            result[i] = log1p_of(x[i])
+            result[i] = normal_log1p(x[i] if x[i] > -one and x[i] < inf else one)
+        for i in range(len(x)):
+            if not (x[i] > -one and x[i] < inf):
+                result[i] = log1p_of(x[i])
         return (result,)
 
     @kernel(name("sincos"), [(row,)])
@@ -253,13 +277,19 @@ def declare(form: core.Format, of: Functions, row: Any) -> None:
     def arctan2(y, x):
         result = np.empty_like(x)
         for i in range(len(x)):
-            result[i] = arctan2_of(y[i], x[i])
+            high = largest(abs(x[i]), abs(y[i]))
+            result[i] = normal_arctan2(y[i] if high < huge else one, x[i] if high > zero and high < huge else one)
+        for i in range(len(x)):
+            high = largest(abs(x[i]), abs(y[i]))
+            if not (high > zero and high < huge):
+                result[i] = arctan2_of(y[i], x[i])
         return (result,)
 
 
 declare(core.SHORT, SHORT, f4[1])
 declare(core.LONG, LONG, f8[1])
-_power = LONG.power
+_power, _normal_power = LONG.power, LONG.normal_power
+TINY, INF, ONE = core.LONG.tiny, np.inf, 1.0
 
 
 @kernel("procedural.elementary.power_float64", [(f8[1], f8[1])])
@@ -267,5 +297,9 @@ def power(x, y):
     """See the twin."""
     result = np.empty_like(x)
     for i in range(len(x)):
-        result[i] = _power(x[i], y[i])
+        usual = x[i] >= TINY and x[i] < INF and abs(y[i]) < INF
+        result[i] = _normal_power(x[i] if usual else ONE, y[i] if usual else ONE)
+    for i in range(len(x)):
+        if not (x[i] >= TINY and x[i] < INF and abs(y[i]) < INF):
+            result[i] = _power(x[i], y[i])
     return (result,)
