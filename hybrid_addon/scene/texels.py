@@ -72,7 +72,7 @@ class Texels:
     def rgba(self, rows: slice = slice(None)) -> Float32:
         """(rows, width, 4) float32 of some rows, all of them if none are named; not to be written to."""
         stored = self.stored[rows]
-        if self._is_plain:
+        if self.is_plain:
             return stored
         result = np.empty((*stored.shape[:2], 4), np.float32)
         self._decode([stored[..., i] for i in range(stored.shape[2])], [result[..., i] for i in range(4)])
@@ -90,16 +90,23 @@ class Texels:
         channels = self.stored.shape[2]
         flat = self.stored.reshape(-1, channels)
         found = flat.take(index, axis=0, mode="wrap")
-        if self._is_plain:
+        if self.is_plain:
             return np.ascontiguousarray(found.T)
         result = np.empty((4, len(index)), np.float32)
         self._decode(list(found.T), list(result))
         return result
 
     @property
-    def _is_plain(self) -> bool:
+    def is_plain(self) -> bool:
+        """Whether RGBA is stored as it is."""
         stands = self.curve is None and not self.divides and not self.multiplies
         return stands and self.stored.dtype == np.float32 and self.stored.shape[2] == 4
+
+    @property
+    def only_curve(self) -> Float32 | None:
+        """The curve of one argument that is all that makes colours of what is stored, if it is."""
+        curve = self.curve
+        return None if curve is None or curve.ndim != 1 or self.divides or self.multiplies else curve
 
     def _decode(self, stored: Sequence[Stored], rgba: Sequence[Float32]) -> None:
         """Fill four arrays from those of the stored channels, of the same shape."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...accelerated import accelerated
 from ...procedural import elementary
 from ...scene import Float32, Texels, Texture
 from ...scene.texels import texels_of
@@ -13,6 +14,9 @@ from ..core.constants import MAX_TEXTURE_COORDINATE
 from ..core.vectors import Array, flatnonzero
 
 Indices = NDArray[np.int64]
+
+EXTENSIONS = ("REPEAT", "EXTEND", "CLIP", "MIRROR")
+"""How an image goes on beyond its edges, by the numbers that kernels know them by."""
 
 
 def sample_texture(texture: Texture, u: Array, v: Array) -> Float32:
@@ -57,10 +61,37 @@ def lookup(
     texels = texels_of(pixels)
     height, width, _ = texels.shape
     clips = "CLIP" in (extend_u, extend_v)
-    x, y = _usable(u) * width, _usable(v) * height
     if closest:
+        x, y = _usable(u) * width, _usable(v) * height
         left, bottom = (np.floor(a).astype(np.int64) for a in (x, y))
         return _texel(texels, _wrap(left, width, extend_u), _wrap(bottom, height, extend_v) * width, clips)
+    along = EXTENSIONS.index(extend_u), EXTENSIONS.index(extend_v)
+    stored, is_rgba = texels.stored, texels.stored.shape[2] == 4 and texels.stored.flags.c_contiguous
+    if is_rgba and texels.is_plain:
+        return bilinear_of_floats(stored, u, v, *along)
+    if is_rgba and stored.dtype == np.uint8 and (curve := texels.only_curve) is not None:
+        return bilinear_of_bytes(stored, curve, u, v, *along)
+    return _bilinear(texels, u, v, extend_u, extend_v)
+
+
+@accelerated
+def bilinear_of_floats(stored: Float32, u: Array, v: Array, along_u: int, along_v: int) -> Float32:
+    """`lookup` in (height, width, 4) float32, which stand for themselves. along_u, along_v: of EXTENSIONS."""
+    return _bilinear(Texels(stored), u, v, EXTENSIONS[along_u], EXTENSIONS[along_v])
+
+
+@accelerated
+def bilinear_of_bytes(
+    stored: NDArray[np.uint8], curve: Float32, u: Array, v: Array, along_u: int, along_v: int
+) -> Float32:  # fmt: skip
+    """`lookup` in (height, width, 4) bytes, whose colours stand for what a curve (256,) has."""
+    return _bilinear(Texels(stored, curve), u, v, EXTENSIONS[along_u], EXTENSIONS[along_v])
+
+
+def _bilinear(texels: Texels, u: Array, v: Array, extend_u: str, extend_v: str) -> Float32:
+    height, width, _ = texels.shape
+    clips = "CLIP" in (extend_u, extend_v)
+    x, y = _usable(u) * width, _usable(v) * height
     x -= x.dtype.type(0.5)
     y -= y.dtype.type(0.5)
     fx, fy = np.floor(x), np.floor(y)

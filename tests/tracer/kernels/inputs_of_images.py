@@ -43,3 +43,21 @@ def _(s: Source) -> tuple[Any, ...]:
 @arguments_of("tracer.core.sampler.disk")
 def _(s: Source) -> tuple[Any, ...]:
     return s.numbers(low=0, high=1), s.numbers(low=0, high=1)
+
+
+def _coordinates(s: Source) -> tuple[Any, ...]:
+    """Of either width, far out, too, and the ways in which an image goes on."""
+    dtype = np.float64 if s.n % 2 else np.float32
+    u, v = (s.numbers(dtype=dtype, low=-2, high=3) for _ in range(2))
+    return u, v, int(s.rng.integers(4)), int(s.rng.integers(4))
+
+
+@arguments_of("tracer.materials.textures.bilinear_of_floats")
+def _(s: Source) -> tuple[Any, ...]:
+    return np.ascontiguousarray(Source(s.rng, 4, s.stiff).numbers(5, 7)), *_coordinates(s)
+
+
+@arguments_of("tracer.materials.textures.bilinear_of_bytes")
+def _(s: Source) -> tuple[Any, ...]:
+    stored = Source(s.rng, 4).whole(0, 256, 3, 6, dtype=np.uint8)
+    return stored, Source(s.rng, 256).numbers(low=0, high=1), *_coordinates(s)
