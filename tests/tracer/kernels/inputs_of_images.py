@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The same for elementary functions, camera rays and the sampler, textures and the film."""
+"""The same for elementary functions, the sampler and textures."""
 
 from __future__ import annotations
 
