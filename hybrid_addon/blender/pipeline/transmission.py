@@ -15,7 +15,7 @@ import numpy as np
 from ...scene import Expression, Surface, Texels
 from ..sync.camera import matrix_without_scale
 from ..sync.image import Images
-from ..sync.material import DEFAULT_ROUGHNESS, DEFAULT_SPECULAR, customised, translate_material
+from ..sync.material import DEFAULT, customised, translate_material
 from ..sync.messages import Warnings
 from ..sync.settings import CustomSurface, custom_surface
 from ..sync.sums import singles
@@ -66,7 +66,7 @@ def surface_of(b_material: bpy.types.Material | None, scene: bpy.types.Scene) ->
     """What the tracer takes from a material's nodes in a scene as it stands, but for the pixels of images; None: an
     object that has none."""
     if b_material is None:
-        return Surface(specular=DEFAULT_SPECULAR, roughness=DEFAULT_ROUGHNESS)
+        return DEFAULT
     warn = Warnings()
     return translate_material(b_material, _NoImages(warn), warn, _frame(scene))
 

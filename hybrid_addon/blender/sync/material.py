@@ -29,8 +29,8 @@ from .texture import FrameFacts, NodeReader
 from .volume import absorption_from, medium_from
 
 MIRROR_ROUGHNESS = 0.25  # above it a sharp mirror image looks wrong enough to be worth a warning
-DEFAULT_ROUGHNESS = 0.4  # of an object without material (BKE_material_default_surface)
-DEFAULT_SPECULAR = (0.04, 0.04, 0.04)
+DEFAULT = Surface(specular=(0.04, 0.04, 0.04), ior=1.5, layered=True, edge_tint=WHITE)
+"""Of an object without material: a new Principled BSDF (BKE_material_default_surface)."""
 
 
 class Surfaces:
@@ -70,7 +70,7 @@ class Surfaces:
 
     def _of_material(self, b_material: bpy.types.Material | None) -> tuple[Surface, Any]:
         if b_material is None:
-            return Surface(specular=DEFAULT_SPECULAR, roughness=DEFAULT_ROUGHNESS), None
+            return DEFAULT, None
         if b_material.name_full not in self._materials:
             self._materials[b_material.name_full] = surface_and_displacement(
                 b_material, self._images, self._warn, self.frame

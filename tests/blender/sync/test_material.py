@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import bpy
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from mathutils import Matrix
 from hybrid_addon.blender.sync import Warnings
 from hybrid_addon.blender.sync.image import Images
 from hybrid_addon.blender.sync.material import Surfaces, customised, translate_material, warn_of_roughness
-from hybrid_addon.blender.sync.settings import CustomSurface
+from hybrid_addon.blender.sync.settings import NOTHING_OF_ITS_OWN, CustomSurface
 from hybrid_addon.blender.sync.sums import added, averaged, shares
 from hybrid_addon.blender.sync.sums import mixed as blend
 from hybrid_addon.blender.sync.texture import FrameFacts
@@ -464,3 +466,17 @@ def test_coordinates_of_another_object_are_its_own(material):
     moved, position = walk(material.shade(b_node).base_color)
     assert (moved.operation, position.data, list(material.warn)) == ("affine", "position", [])
     assert moved.data @ (3, 5, 7, 1) == pytest.approx((1, 0, 7))
+
+
+def test_an_object_without_material_looks_as_with_a_new_one(scene):
+    """As EEVEE draws it, to the last digit of its picture."""
+    b_material = bpy.data.materials.new("New")
+    if b_material.node_tree is None:
+        b_material.use_nodes = True
+    warn = Warnings()
+    new = translate_material(b_material, Images(warn), warn, FrameFacts())
+    surfaces = Surfaces(Images(warn), warn, FrameFacts())
+    bare = surfaces.surfaces[surfaces.index_of(None, NOTHING_OF_ITS_OWN)]
+    for field in fields(bare):
+        if field.name != "name":
+            assert getattr(bare, field.name) == pytest.approx(getattr(new, field.name)), field.name
