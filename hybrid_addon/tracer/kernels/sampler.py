@@ -54,7 +54,7 @@ def permute(number, key):
     return reverse(v)
 
 
-@kernel("tracer.core.sampler.keyed", [(u4[1], types.int64, types.int64, i8[1], u4[1])])
+@kernel("tracer.core.sampler.keyed", [(u4[1], types.int64, types.int64, i8[1], u4[1])], tables=(0,))
 def keyed(pixels, first, count, sample, path):
     """See the twin."""
     n = len(sample)

@@ -78,6 +78,7 @@ def mixed(a, b, c, d, ax, ay):
 @kernel(
     "tracer.materials.textures.bilinear_of_floats",
     [(f4[3], row, row, types.int64, types.int64) for row in (f4[1], f8[1])],
+    tables=(0,),
 )
 def bilinear_of_floats(stored, u, v, along_u, along_v):
     """See the twin."""
@@ -111,6 +112,7 @@ def decoded(value, curve, c):
 @kernel(
     "tracer.materials.textures.bilinear_of_bytes",
     [(u1[3], f4[1], row, row, types.int64, types.int64) for row in (f4[1], f8[1])],
+    tables=(0, 1),
 )
 def bilinear_of_bytes(stored, curve, u, v, along_u, along_v):
     """See the twin."""
