@@ -121,7 +121,8 @@ class Geometry:
             return Faces(self, face).corner_data(key, start, width)
         if self.corner_data is None:
             return None
-        return self.corner_data.take(face, axis=0).T.reshape(3, -1, len(face))[:, start : start + width]
+        rows = self.corner_data.take(face, axis=0)
+        return rows.T.reshape(3, rows.shape[1] // 3, len(face))[:, start : start + width]
 
     @property
     def sphere_count(self) -> int:
