@@ -17,7 +17,7 @@ from ..scene import Raster, Scene
 from .errors import HybridError, TooLarge
 from .pipeline import evaluated, scene_setup
 from .render import eevee_half
-from .render.settings import public_settings, tracer_settings
+from .render.settings import body_warnings, public_settings, tracer_settings
 
 if TYPE_CHECKING:
     from .sync import Translation
@@ -55,7 +55,7 @@ def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
         "skipped": [] if planned is None else list(planned.skipped),
         "prunings": [] if planned is None else planned.table(),
         "memory": {"expected": needed, "by_texture": textures, "free": memory.available()},
-        "warnings": [*refused, *translation.warnings],
+        "warnings": [*refused, *translation.warnings, *body_warnings(translation.scene)],
     }
 
 

@@ -9,13 +9,14 @@ from dataclasses import fields, replace
 from typing import Any
 
 import bpy
+import numpy as np
 
 from ...scene import Fog, Scene, Settings
 from ...settings_table import RENDER
 from ..pipeline import scene_setup
 
 NAMED = 3
-"""Bodies of fog that a warning names."""
+"""Bodies that a warning names."""
 
 
 def tracer_settings(scene: bpy.types.Scene) -> Settings:
@@ -68,7 +69,7 @@ def with_background(
     (`compositor.see_through`); and what is to be warned of. is_hybrid: there is a half of EEVEE's."""
     from ...tracer.materials.surfaces import shows_background
 
-    warnings = open_fog(traced.fog)
+    warnings = body_warnings(traced)
     if not (is_hybrid and shows_background(traced)):
         return settings, warnings
     if scene.render.film_transparent:
@@ -82,13 +83,35 @@ def with_background(
     return replace(settings, passes=settings.passes | {"background", "passed"}), warnings
 
 
-def open_fog(fog: Fog) -> list[str]:
+def body_warnings(traced: Scene) -> list[str]:
+    """What depends on whether meshes are closed: fog that is in none, and translucent ones."""
+    return [*_open_fog(traced.fog), *_translucent_bodies(traced)]
+
+
+def _open_fog(fog: Fog) -> list[str]:
     """A warning of the bodies of fog that hold none: names of NAMED of them, and how many more."""
     from ...tracer.media.fog import sorted_out
 
     _, names = sorted_out(fog)
     if not names:
         return []
+    return [f"fog of {_told(names)} is not traced: the mesh is open or flat, and only a closed one has an inside"]
+
+
+def _translucent_bodies(traced: Scene) -> list[str]:
+    """EEVEE guesses how thick they are, Cycles lights them from within; sheets are exact."""
+    from ...tracer.geometry.parts import closed_by_number
+
+    translucent = {n for n, surface in enumerate(traced.surfaces) if any(part.translucent for part in surface.parts)}
+    worn: dict[int, str] = {}
+    for instance in traced.instances if translucent else ():
+        if not translucent.isdisjoint(instance.surfaces):
+            worn.setdefault(instance.mesh, instance.name)
+    names = [name for mesh, name in worn.items() if closed_by_number(traced.meshes[mesh].triangles.astype(np.intp))]
+    return [f"{_told(names)}: translucent and closed, and no lamp outside lights a body from within"] if names else []
+
+
+def _told(names: list[str]) -> str:
+    """NAMED of the names, and how many more."""
     more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    told = ", ".join(map(repr, names[:NAMED])) + more
-    return [f"fog of {told} is not traced: the mesh is open or flat, and only a closed one has an inside"]
+    return ", ".join(map(repr, names[:NAMED])) + more

@@ -25,7 +25,6 @@ from . import texture_nodes as _textures  # noqa: F401
 from . import value_nodes as _registered  # noqa: F401
 from .conductor import conductor_tints
 from .coverage import name_sockets
-from .coverage.status import LAST
 from .nodes import Node, Socket, is_thin_wall
 from .sums import added, each, may_be, mixed, weighted
 from .texture import NodeReader
@@ -190,7 +189,6 @@ def _hair(node: Node, reader: NodeReader) -> Surface:
 
 
 def _translucent(node: Node, reader: NodeReader) -> Surface:
-    reader.warn(f"node {node.name!r}: no lamp outside lights a closed body from within; open sheets are exact", LAST)
     return replace(_diffuse(node, reader), translucent=True)
 
 

@@ -10,6 +10,7 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="needs the bpy module")
 import bmesh  # noqa: E402  (only importable next to bpy)
 
+from hybrid_addon.settings_table import RENDER  # noqa: E402
 from tools.first_picture import draw  # noqa: E402
 from tools.first_picture.__main__ import SCENES, tabulated  # noqa: E402
 
@@ -43,8 +44,7 @@ def name(request, addon):
 
 def test_only_ticks_are_set_and_what_is_ticked_is_whole(name):
     scene = bpy.context.scene
-    settings = type(scene.hybrid).bl_rna.properties
-    assert not [p.identifier for p in settings if not p.is_readonly and scene.hybrid.is_property_set(p.identifier)]
+    assert not [setting.name for setting in RENDER if scene.hybrid.is_property_set(setting.name)]
     ticked = {obj for obj in scene.objects if obj.hybrid.ray_traced}
     assert {obj.name.split(".")[0] for obj in ticked} == TICKED[name]
     assert all(obj.hybrid.surface == "MATERIAL" for obj in ticked)

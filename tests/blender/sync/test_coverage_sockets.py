@@ -220,7 +220,7 @@ PARTLY = ("ShaderNodeMapRange",)
 """Followed in most of their settings."""
 
 
-NEVER_WHOLE = ("ShaderNodeBsdfTranslucent",)
+NEVER_WHOLE = ()
 """They bring a warning whatever is set."""
 
 

@@ -170,7 +170,7 @@ def test_the_other_shaders(material, kind, expected):
     assert shares(surface) == expected.pop("shares")
     for name, value in expected.items():
         assert getattr(surface, name) == pytest.approx(value), name
-    assert bool(list(material.warn)) is (kind in ("ShaderNodeHoldout", "ShaderNodeBsdfTranslucent"))
+    assert bool(list(material.warn)) is (kind == "ShaderNodeHoldout")
 
 
 def test_an_unknown_shader_is_grey_and_named(material):

@@ -10,7 +10,7 @@ from tools.material_library import stage
 
 pytestmark = pytest.mark.blender
 
-AT_LEAST = 34
+AT_LEAST = 36
 """Materials without a warning."""
 
 
