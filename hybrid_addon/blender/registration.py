@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 from pathlib import Path
 
 import bpy
 
 from . import cli, handlers, preview, session
+from .errors import HybridError, require_tracer
 from .pipeline import scene_setup, trace_scenes
 from .render import engine, main_thread
 from .ui import (
@@ -52,14 +54,16 @@ def register() -> None:
     preview.register()
     panels.register()
     cli.register()
-    load_kernels()
     _registered = True
     if getattr(bpy.app, "module", False):
         atexit.register(unregister)  # nothing else unregisters in the bpy module, and 4.5's then crashes at exit
+    with contextlib.suppress(HybridError):  # the first render says it
+        load_kernels()
 
 
 def load_kernels() -> None:
     """Keep compiled kernels in the extension's own folder; in a window, load them now, else with the first picture."""
+    require_tracer()
     from ..tracer.kernels import loading
 
     parts = __package__.split(".")

@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import memory
 from ..scene import Raster, Scene
-from .errors import HybridError, TooLarge
+from .errors import HybridError, TooLarge, require_tracer
 from .pipeline import evaluated, scene_setup
 from .render import eevee_half
 from .render.settings import body_warnings, public_settings, tracer_settings
@@ -29,6 +29,7 @@ NAMED = 5  # objects that one warning names
 
 def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     """What a render of this scene would trace and what it would leave out, with the reason for each. Traces nothing."""
+    require_tracer()
     from ..tracer.prepare.footprint import expected, of_textures, require_memory
     from ..tracer.prepare.tables import describe
 
@@ -77,6 +78,7 @@ def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     need rays, or are ray traced: see `report.advice.advice`), others (the same of all others in view), notes (what
     other settings would bring), build (seconds), basis (how the cost was estimated), warnings. Raises HybridError.
     """
+    require_tracer()
     from ..report.advice import advice, is_worth, rough_note
     from ..tracer.integrator.survey import survey
     from ..tracer.sampling.adaptive import looks
@@ -114,6 +116,7 @@ def explain(x: int, y: int, scene: bpy.types.Scene | None = None) -> str:
     Each line is a ray: its share of the pixel, what it met and where, what that brought, what was not followed. Raises
     HybridError.
     """
+    require_tracer()
     from ..report.pixel import pixel_text
     from ..tracer import CompiledScene
     from ..tracer.integrator.explain import explain as tree

@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..tracer.integrator.survey import KINDS, Survey
+if TYPE_CHECKING:  # the interface needs this module's words where Embree does not load
+    from ..tracer.integrator.survey import Survey
 
 LEAST_SHARE = 0.02
 """An object is worth rays if this share of its light comes in ways that EEVEE cannot follow."""
@@ -35,6 +36,8 @@ def advice(
     sentence each, the most important first), suggested, ray_traced, rough (it would be suggested if rays followed rough
     surfaces), rays and seconds (an estimate, without building).
     """
+    from ..tracer.integrator.survey import KINDS
+
     names = list(dict.fromkeys(owners))
     number = np.array([names.index(owner) for owner in owners], np.intp)
 

@@ -22,7 +22,7 @@ import blf
 import bpy
 from bpy.app.handlers import persistent
 
-from ..errors import HybridError
+from ..errors import HybridError, require_tracer
 from ..pipeline import scene_setup
 from ..render.settings import preview_settings
 from ..session import FrameCaches
@@ -246,6 +246,7 @@ def _start(viewport: _Viewport) -> Job | None:
     """Translate if the scene has changed, and set to work."""
     scene = bpy.context.scene
     try:
+        require_tracer()
         translated = _translate(scene, viewport.view, viewport.shown)
     except (HybridError, MemoryError) as error:
         viewport.status = str(error) or "not enough memory for the preview"

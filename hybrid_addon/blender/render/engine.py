@@ -23,7 +23,7 @@ from ...report.frame import frame_report
 from ...scene import Film, Raster
 from .. import lines as lines_drawn
 from .. import session
-from ..errors import HybridError, TooLarge
+from ..errors import HybridError, TooLarge, require_tracer
 from ..flags import unsaved_overrides
 from ..pipeline import compositor_setup, eevee_shadows, evaluated, others_handlers, scene_setup, trace_scenes
 from ..session import Frame, Half
@@ -68,11 +68,12 @@ class HybridTracer(bpy.types.RenderEngine):
             self._fail("", HybridError(f"scene '{depsgraph.scene.name}' {USE_EEVEE}"))
             return
         try:
-            from ...tracer import Cancelled
-        except ImportError as error:
-            text = f"Embree does not load on {platform.platform()}: {error}; install this system's zip"
-            self._fail(scene.name, HybridError(text))
+            require_tracer()
+        except HybridError as error:
+            self._fail(scene.name, error)
             return
+        from ...tracer import Cancelled
+
         for name, channels in passes.names(scene).items():
             self.add_pass(name, len(channels), channels)
         resolution = (self.resolution_x, self.resolution_y)
