@@ -30,9 +30,9 @@ for work in (hybrid_addon.advise, lambda: hybrid_addon.explain(0, 0), lambda: hy
         work()
     except hybrid_addon.HybridError as error:
         print("SAID", error)
-viewport = SimpleNamespace(view=None, shown=None, status="")
+viewport = SimpleNamespace(view=None, shown=None, problem="")
 assert preview._start(viewport) is None
-print("SAID", viewport.status)
+print("SAID", viewport.problem)
 hybrid_addon.unregister()
 """
 

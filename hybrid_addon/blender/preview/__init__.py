@@ -54,6 +54,7 @@ class _Viewport:
     layer: Layer | None = None
     moved: Layer | None = None  # the last one, of another view of the same scene
     status: str = ""
+    problem: str = ""  # why there is no (further) picture; not tried again before anything changes
 
 
 @dataclass(eq=False)
@@ -141,10 +142,15 @@ def _draw() -> None:
 
 
 def _write() -> None:
-    """Called by Blender after it, in pixels: how far the picture is."""
+    """Called by Blender after it, in pixels: how far the picture is, or why there is none."""
     context = bpy.context
     viewport = _preview.viewports.get(context.region.as_pointer())
-    if viewport is None or not viewport.status or not context.space_data.overlay.show_overlays:
+    if viewport is None:
+        return
+    text = f"Hybrid {viewport.status}" if viewport.status and context.space_data.overlay.show_overlays else ""
+    if viewport.problem:  # without overlays too: else nobody knows why there is no picture
+        text = f"Hybrid: {viewport.problem}"
+    if not text:
         return
     scale = context.preferences.system.ui_scale
     tools = next((region.width for region in context.area.regions if region.type == "TOOLS"), 0)
@@ -153,7 +159,7 @@ def _write() -> None:
     blf.shadow(0, 3, 0.0, 0.0, 0.0, 1.0)
     blf.color(0, 1.0, 1.0, 1.0, 1.0)
     blf.position(0, tools + 16 * scale, 14 * scale, 0)
-    blf.draw(0, f"Hybrid {viewport.status}")
+    blf.draw(0, text)
     blf.disable(0, blf.SHADOW)
 
 
@@ -226,10 +232,14 @@ def _attend(viewport: _Viewport, window: Any, area: Any, region: Any) -> bool:
     """One step for one viewport; whether it waits for another."""
     job = viewport.job
     if job is None:
+        if viewport.problem:
+            return False
         if time.perf_counter() - viewport.since < REST_SECONDS:
             return True
         with bpy.context.temp_override(window=window, area=area, region=region):
             viewport.job = _start(viewport)
+        if viewport.problem:
+            area.tag_redraw()
         return viewport.job is not None
     done = job.done  # before the picture is taken: the last one comes before it
     picture = job.take_picture()
@@ -237,8 +247,9 @@ def _attend(viewport: _Viewport, window: Any, area: Any, region: Any) -> bool:
         viewport.layer, viewport.status = Layer(picture, job.surface), picture.label
         area.tag_redraw()
     _keep(job)
-    if job.problem:
-        viewport.status = job.problem
+    if job.problem and not viewport.problem:
+        viewport.problem, viewport.moved = job.problem, None
+        area.tag_redraw()
     return not done
 
 
@@ -249,7 +260,7 @@ def _start(viewport: _Viewport) -> Job | None:
         require_tracer()
         translated = _translate(scene, viewport.view, viewport.shown)
     except (HybridError, MemoryError) as error:
-        viewport.status = str(error) or "not enough memory for the preview"
+        viewport.problem, viewport.moved = str(error) or "not enough memory for the preview", None
         return None
     compiled = _preview.compiled[1] if _preview.compiled is not None and _preview.compiled[0] is translated else None
     settings = preview_settings(scene)

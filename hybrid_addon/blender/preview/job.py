@@ -97,6 +97,9 @@ class Job:
             pass
         except (ValueError, MemoryError) as error:
             self.problem = str(error) or "not enough memory for the preview"
+        except Exception as error:  # a bug of ours: Python prints it
+            self.problem = f"the ray tracer failed: {type(error).__name__}: {error}"
+            raise
         finally:
             if self._kept is not None:
                 self._kept.end()

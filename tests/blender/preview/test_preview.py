@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import bpy
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender import session
+from hybrid_addon.blender import preview, session
 from hybrid_addon.blender.preview import icon
 from hybrid_addon.blender.preview import view as view_module
 from hybrid_addon.blender.preview.display import Display
@@ -193,3 +194,21 @@ def test_the_icon_is_premultiplied_and_no_square():
     pixels = icon.pixels()
     assert pixels.shape == (icon.SIZE, icon.SIZE, 4) and (pixels[..., :3] <= pixels[..., 3:] + 1e-6).all()
     assert (pixels[[0, -1]][:, [0, -1]] == 0).all() and 0.2 < pixels[..., 3].mean() < 0.8
+
+
+def test_a_preview_that_cannot_be_says_so_once(scene, monkeypatch):
+    """The viewport is drawn again, without the picture of before, and nothing is tried until something changes."""
+    drawn, tried = [], []
+    area = SimpleNamespace(tag_redraw=lambda: drawn.append(1))
+    context = SimpleNamespace(scene=scene, temp_override=lambda **_: nullcontext())
+
+    def refuse(*_args):
+        tried.append(1)
+        raise MemoryError
+
+    monkeypatch.setattr(preview, "_translate", refuse)
+    monkeypatch.setattr(preview, "bpy", SimpleNamespace(context=context))
+    viewport = preview._Viewport(view_through_camera(scene), None, 0.0, 0, moved=object())
+    assert not any(preview._attend(viewport, None, area, None) for _ in range(3))
+    assert len(drawn) == len(tried) == 1
+    assert viewport.moved is None and viewport.problem == "not enough memory for the preview"
