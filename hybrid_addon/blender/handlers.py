@@ -16,8 +16,8 @@ from . import preview, session
 from .pipeline import eevee_shadows, note, others_handlers, scene_setup, trace_scenes
 from .pipeline.fingerprint import Fingerprint, fingerprint
 from .pipeline.guard import guard
-from .render import images, retrace
-from .ui import defaults, messages
+from .render import growing, images, retrace
+from .ui import defaults, insets, messages
 from .view_layers import hand_over_properties
 
 
@@ -134,6 +134,7 @@ def _on_loaded(*_args: Any) -> None:
     defaults.pin(bpy.data.scenes)
     note.take_back()
     session.forget()
+    insets.forget()
     preview.forget()
     scene_setup.sync_all()
     if bpy.app.background and any(scene_setup.is_active(scene) for scene in bpy.data.scenes):
@@ -171,6 +172,7 @@ def _before_render(scene: bpy.types.Scene, *_args: Any) -> None:
     Whatever is evaluated here must not have our handlers edit scenes in the middle of it: that crashes Blender, too.
     """
     others_handlers.stand_first(_evaluation_begins)
+    growing.render_begins()
     if bpy.app.background:
         scene_setup.sync_all()  # the scenes that its compositor shows, too
         scene_setup.sync(scene)  # it last: scenes may share a compositor

@@ -49,12 +49,14 @@ class SoFar:
     """A render that is not done, or was stopped: what there is to look at meanwhile.
 
     picture  : (h, w, 3) float32 scene-linear, every so many of its pixels over `window`; None: nothing yet.
+    frame    : what its size and its part of the frame came from (render/growing.py); another one has other pixels.
     slot     : of the Render Result that the render goes into.
     text, fraction : how far it is, for people; 0..1, or None once it is stopped.
     """
 
     picture: Float32 | None
     window: tuple[int, int, int, int]
+    frame: tuple[object, ...]
     slot: int
     text: str
     fraction: float | None
@@ -156,8 +158,9 @@ class Session:
         self._start = Clock()
 
     def fail(self, error: Exception) -> None:
-        """The frame has failed, and why."""
-        self.error, self.so_far = error, None
+        """The frame has failed, and why. Only the words are kept: a traceback would keep all that the frame had."""
+        error.__context__ = error.__cause__ = None
+        self.error, self.so_far = error.with_traceback(None), None
 
     def since_start(self) -> dict[str, float]:
         """Seconds since the frame began, wall and cpu."""

@@ -63,7 +63,7 @@ def look() -> None:
     temporary = [name for name in os.listdir(bpy.app.tempdir) if name.startswith("hybrid_")]
     standing = scene_setup.mask_layer(scene) is not None and scene_setup.trace_scene(scene) is not None
     so_far = session.of(scene.name).so_far
-    print(f"KEPT: {so_far is not None and so_far.picture is not None and so_far.text.startswith('Stopped: ')}")
+    print(f"KEPT: {so_far is not None and so_far.picture is not None and so_far.text.startswith('Stopped')}")
     print(f"LEFT: {temporary} PIPELINE: {standing}", flush=True)
     os._exit(0)
 

@@ -8,7 +8,9 @@ the Image Editors redrawn, and a gizmo draws it over the Render Result (`ui/inse
 
 from __future__ import annotations
 
+import math
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import bpy
@@ -40,18 +42,25 @@ class Growing:
         self.raster: Float32 | None = None
         self.mask: Float32 | None = None
         self.next, self.traces_since = 0.0, 0.0
+        self.frame = frame_of(scene)
         self._put(None, "", 0.0)
 
     def begins_with(self, raster: Float32 | None, mask: Float32 | None) -> None:
         """EEVEE's half (h, w, 4) and mask (h, w) are there; None: the tracer draws all."""
         if raster is not None and mask is not None:
             self.raster, self.mask = (np.ascontiguousarray(half[:: self.step, :: self.step]) for half in (raster, mask))
-            self._put(self.raster[..., :3], "EEVEE", 0.0)
+            self._put(self.raster[..., :3], "EEVEE's picture", 0.0)
 
     def show(self, make: Make) -> None:
-        """There is more of the traced half (the tracer's `show`)."""
+        """There is more of the traced half (the tracer's `show`). A render never fails because it is looked on."""
         if time.perf_counter() < self.next:
             return
+        try:
+            self._show(make)
+        except Exception:  # too little memory for another picture, say: what is shown stays
+            self.next = math.inf
+
+    def _show(self, make: Make) -> None:
         began = time.thread_time()  # what it costs, however long it waits for the workers
         radiance = np.ascontiguousarray(make()[:: self.step, :: self.step])
         if radiance.any():
@@ -77,7 +86,7 @@ class Growing:
         return left
 
     def _put(self, picture: Float32 | None, text: str, fraction: float | None) -> None:
-        self.own.so_far = session.SoFar(picture, self.window, _slot(), text, fraction)
+        self.own.so_far = session.SoFar(picture, self.window, self.frame, _into[0], text, fraction)
 
 
 def begin(scene: bpy.types.Scene, window: tuple[int, int, int, int]) -> Growing | None:
@@ -86,11 +95,12 @@ def begin(scene: bpy.types.Scene, window: tuple[int, int, int, int]) -> Growing 
 
 
 def stopped(scene: bpy.types.Scene) -> None:
-    """Esc: what is there stays to be looked at, until the next render."""
+    """Esc: the picture that is there stays to be looked at, until the next render."""
     own = session.of(scene.name)
-    if own.so_far is not None and own.so_far.picture is not None:
-        now = own.so_far
-        own.so_far = session.SoFar(now.picture, now.window, now.slot, f"Stopped: {now.text.partition(',')[0]}", None)
+    now, own.so_far = own.so_far, None
+    if now is not None and now.picture is not None:
+        text = f"Stopped at {now.fraction * 100:.0f} %" if now.fraction else "Stopped: EEVEE's picture alone"
+        own.so_far = replace(now, text=text, fraction=None)
 
 
 def duration(seconds: float) -> str:
@@ -101,10 +111,23 @@ def duration(seconds: float) -> str:
     return f"{round(whole / 60)} min" if whole < 5400 else f"{whole / 3600:.1f} h"
 
 
-def _slot() -> int:
-    """Of the Render Result that is rendered into."""
+def frame_of(scene: bpy.types.Scene) -> tuple[object, ...]:
+    """What says how large a picture of this scene is, and which part of the frame it shows."""
+    own = scene.render
+    size = (own.resolution_x, own.resolution_y, own.resolution_percentage)
+    if not own.use_border:
+        return size
+    border = (own.border_min_x, own.border_min_y, own.border_max_x, own.border_max_y)
+    return (*size, own.use_crop_to_border, *border)
+
+
+_into = [-1]  # the slot that is rendered into
+
+
+def render_begins() -> None:
+    """Blender renders into the slot of the Render Result that is shown now, whatever the user looks at meanwhile."""
     image = bpy.data.images.get("Render Result")
-    return -1 if image is None else image.render_slots.active_index
+    _into[0] = -1 if image is None else image.render_slots.active_index
 
 
 _seen: dict[str, tuple[object, object]] = {}  # by scene, what was redrawn last

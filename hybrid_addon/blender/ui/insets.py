@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
+from weakref import ref
 
 import blf
 import bpy
@@ -17,8 +18,10 @@ import numpy as np
 from ...scene import Float32
 from .. import session
 from ..preview.display import Display
+from ..render import growing
 from ..session import Frame, SoFar
 from . import picker
+from .translations import sentence
 
 PIXELS = 320
 """Largest width and height of the pictures that are kept for drawing."""
@@ -40,13 +43,15 @@ class _Drawn:
     pictures : (frame and display, what the insets look like).
     quads    : (the same and their rectangles, what is drawn).
     whole    : (frame, display, what is shown and where; what is drawn).
-    growing  : (picture so far and display, what it looks like; where, what is drawn).
+    growing  : (picture so far, display, what it looks like; where, what is drawn).
+
+    A frame is known by a weak reference: its planes are large, and the address of one that is gone is another's soon.
     """
 
     pictures: tuple[Any, dict[str, Float32]] | None = None
     quads: tuple[Any, list[tuple[str, Any]]] | None = None
     whole: tuple[Any, Any] | None = None
-    growing: tuple[Any, Float32, Any, Any] | None = None
+    growing: tuple[Float32, Display, Float32, Any, Any] | None = None
 
 
 _drawn = _Drawn()
@@ -68,9 +73,9 @@ class HYBRID_GT_insets(bpy.types.Gizmo):
     def draw(self, context: bpy.types.Context) -> None:
         """In each redraw of an image editor."""
         own = session.of(context.scene.name)
-        if is_growing(context):
-            assert own.so_far is not None
-            _draw_growing(context, own.so_far)
+        so_far = growing_in(context)
+        if so_far is not None:
+            _draw_growing(context, so_far)
             return
         frame = own.frame
         if frame is None:
@@ -98,7 +103,7 @@ class HYBRID_GGT_insets(bpy.types.GizmoGroup):
     def poll(cls, context: bpy.types.Context) -> bool:
         """Whether this editor has them."""
         settings = context.scene.hybrid
-        wanted = settings.insets or settings.shown != "PICTURE" or is_growing(context)
+        wanted = settings.insets or settings.shown != "PICTURE" or growing_in(context) is not None
         return settings.enabled and wanted and picker.shows_render(context.space_data)
 
     def setup(self, _context: bpy.types.Context) -> None:
@@ -106,11 +111,16 @@ class HYBRID_GGT_insets(bpy.types.GizmoGroup):
         self.gizmos.new(HYBRID_GT_insets.bl_idname)
 
 
-def is_growing(context: bpy.types.Context) -> bool:
-    """Whether a render of this scene, that runs or was stopped, has a picture of its own to show here."""
-    so_far = session.of(context.scene.name).so_far
+def growing_in(context: bpy.types.Context) -> SoFar | None:
+    """What a render of this scene, that runs or was stopped, has to show in the slot that is shown; None: nothing.
+
+    Once stopped it is not shown over another resolution or render border, where its pixels would lie wrong.
+    """
+    so_far = session.of(context.scene.name).so_far  # once: the render's thread puts another one there at any time
     image = bpy.data.images.get("Render Result")
-    return so_far is not None and image is not None and image.render_slots.active_index == so_far.slot
+    if so_far is None or image is None or image.render_slots.active_index != so_far.slot:
+        return None
+    return so_far if so_far.frame == growing.frame_of(context.scene) else None
 
 
 def _draw_growing(context: bpy.types.Context, so_far: SoFar) -> None:
@@ -118,14 +128,14 @@ def _draw_growing(context: bpy.types.Context, so_far: SoFar) -> None:
     region, scale = context.region, context.preferences.system.ui_scale
     rectangle = _rectangle(context, so_far.window)
     if so_far.picture is not None:
-        key = (id(so_far.picture), Display.of(context.scene))
-        if _drawn.growing is None or _drawn.growing[0] != key:
-            shown = key[1].encode(so_far.picture)
+        display, last = Display.of(context.scene), _drawn.growing
+        if last is None or last[0] is not so_far.picture or last[1] != display:
+            shown = display.encode(so_far.picture)
             pixels = np.dstack([shown, np.ones_like(shown[..., :1])])
-            _drawn.growing = (key, pixels, rectangle, _quad(pixels, rectangle))
-        elif _drawn.growing[2] != rectangle:
-            _drawn.growing = (key, _drawn.growing[1], rectangle, _quad(_drawn.growing[1], rectangle))
-        _drawn.growing[3].draw((region.width, region.height))
+            last = _drawn.growing = (so_far.picture, display, pixels, rectangle, _quad(pixels, rectangle))
+        elif last[3] != rectangle:
+            last = _drawn.growing = (*last[:3], rectangle, _quad(last[2], rectangle))
+        last[4].draw((region.width, region.height))
     x0, y0, x1, _ = rectangle
     if so_far.fraction is not None:
         height, until = BAR * scale, x0 + (x1 - x0) * so_far.fraction
@@ -133,7 +143,7 @@ def _draw_growing(context: bpy.types.Context, so_far: SoFar) -> None:
             bar = np.broadcast_to(np.array(color, np.float32), (1, 1, 4))
             _quad(bar, (x0, y0, max(right, x0 + 1), y0 + height)).draw((region.width, region.height))
     if so_far.text:
-        _label(f"Hybrid: {so_far.text}", x0 + 6 * scale, y0 + (BAR + 6) * scale, scale)
+        _label(f"Hybrid: {sentence(so_far.text)}", x0 + 6 * scale, y0 + (BAR + 6) * scale, scale)
 
 
 def _rectangle(context: bpy.types.Context, window: tuple[int, int, int, int]) -> tuple[int, ...]:
@@ -147,7 +157,7 @@ def _draw_whole(context: bpy.types.Context, frame: Frame) -> None:
     """One of the parts, exactly over the picture."""
     scene, region = context.scene, context.region
     rectangle = _rectangle(context, frame.window)
-    key = (id(frame), Display.of(scene), scene.hybrid.shown, rectangle)
+    key = (ref(frame), Display.of(scene), scene.hybrid.shown, rectangle)
     if _drawn.whole is None or _drawn.whole[0] != key:
         pixels = part(frame, key[1], key[2])
         _drawn.whole = (key, None if pixels is None else _quad(pixels, rectangle))
@@ -168,7 +178,7 @@ def part(frame: Frame, display: Display, shown: str) -> Float32 | None:
 
 
 def _draw(context: bpy.types.Context, frame: Frame) -> None:
-    key = (id(frame), Display.of(context.scene))
+    key = (ref(frame), Display.of(context.scene))
     if _drawn.pictures is None or _drawn.pictures[0] != key:
         _drawn.pictures = (key, pictures(frame, key[1]))
     scale = context.preferences.system.ui_scale

@@ -15,7 +15,7 @@ from .layout import field, paragraph
 from .presets import HYBRID_PT_surface_presets
 from .render_panels import COMPAT_ENGINES
 from .surface_words import described
-from .translations import CONTEXT, iface
+from .translations import CONTEXT, iface, sentence
 
 MATERIALS_SHOWN = 3
 """Of an object with many materials, in its panel."""
@@ -187,7 +187,7 @@ def _draw_view3d_header(self: bpy.types.Header, context: bpy.types.Context) -> N
     row = self.layout.row(align=True)
     row.prop(scene.hybrid, "preview", text="", icon_value=preview.icon.icon_id())
     if scene.hybrid.preview:
-        row.label(text=preview.status(context))
+        row.label(text=sentence(preview.status(context)), translate=False)
 
 
 def _draw_object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:

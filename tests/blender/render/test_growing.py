@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from hybrid_addon.blender import session
 from hybrid_addon.blender.render import growing
+from hybrid_addon.blender.ui import insets
 
 pytestmark = pytest.mark.blender
 
@@ -57,10 +60,55 @@ def test_esc_keeps_what_there_is_and_a_failure_does_not(scene, clock):
     grows.begins_with(np.ones((2, 4, 4), np.float32), np.ones((2, 4), np.float32))
     grows.told("Tracing", 0.5)
     growing.stopped(scene)
-    assert own.so_far.picture is not None and own.so_far.text == "Stopped: Tracing 50 %"
+    assert own.so_far.picture is not None and own.so_far.text == "Stopped at 50 %"
     assert own.so_far.fraction is None
     own.fail(ValueError("no"))
     assert own.so_far is None and str(own.error) == "no"
+    grows = growing.Growing(scene, (0, 0, 4, 2))
+    grows.told("Building", 0.0)
+    growing.stopped(scene)  # before there is a picture: nothing is left of the render, its bar neither
+    assert own.so_far is None
+
+
+def test_looking_on_never_ends_a_render(scene, clock):
+    own = session.of(scene.name)
+    grows = growing.Growing(scene, (0, 0, 4, 2))
+    grows.begins_with(np.ones((2, 4, 4), np.float32), np.ones((2, 4), np.float32))
+    shown, asked = own.so_far.picture, []
+
+    def make():
+        asked.append(1)
+        raise MemoryError
+
+    for clock[0] in (101.0, 110.0):
+        grows.show(make)
+    assert asked == [1] and own.so_far.picture is shown  # it is not tried again
+
+
+def test_an_error_is_kept_without_what_its_frame_had(scene):
+    try:
+        try:
+            raise KeyError
+        except KeyError as inner:
+            raise ValueError("no") from inner
+    except ValueError as error:
+        session.of(scene.name).fail(error)
+    kept = session.of(scene.name).error
+    assert str(kept) == "no" and kept.__traceback__ is kept.__context__ is kept.__cause__ is None
+
+
+def test_a_picture_is_shown_in_its_slot_and_size_alone(scene, clock, monkeypatch):
+    monkeypatch.setattr(growing, "_into", [0])
+    image = SimpleNamespace(render_slots=SimpleNamespace(active_index=0))
+    monkeypatch.setattr(insets, "bpy", SimpleNamespace(data=SimpleNamespace(images={"Render Result": image})))
+    growing.Growing(scene, (0, 0, 4, 2))
+    context = SimpleNamespace(scene=scene)
+    assert insets.growing_in(context) is session.of(scene.name).so_far
+    image.render_slots.active_index = 1
+    assert insets.growing_in(context) is None
+    image.render_slots.active_index = 0
+    scene.render.use_border = True
+    assert insets.growing_in(context) is None
 
 
 def test_large_pictures_are_shown_with_fewer_pixels(scene, clock):

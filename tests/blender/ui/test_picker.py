@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
@@ -91,3 +93,20 @@ def test_a_part_in_full_size_has_every_pixel(scene):
     assert shown.shape == (2, 3, 4) and (shown[..., 3] == 1).all()
     assert (np.diff(shown[..., 0].ravel()) > 0).all() and shown[1, 2, :3] == pytest.approx([1, 0, 0], abs=1e-3)
     assert insets.part(frame, display, "RASTER") is None  # mode Full has none
+
+
+def test_a_frame_at_the_address_of_one_that_is_gone_is_another(scene, monkeypatch):
+    quads = []
+    monkeypatch.setattr(insets, "_drawn", insets._Drawn())
+    monkeypatch.setattr(insets, "_rectangle", lambda *_: (0, 0, 2, 1))
+    monkeypatch.setattr(insets, "_label", lambda *_: None)
+    monkeypatch.setattr(insets, "_quad", lambda *made: quads.append(made) or SimpleNamespace(draw=lambda _size: None))
+    scene.hybrid.shown = "MASK"
+    system = SimpleNamespace(system=SimpleNamespace(ui_scale=1))
+    context = SimpleNamespace(scene=scene, region=SimpleNamespace(width=2, height=1), preferences=system)
+    for gray in (0.25, 0.5, 0.75):  # each is gone when the next is made, which so gets its address
+        frame = Frame((0, 0, 2, 1), None, np.full((1, 2), gray, np.float32), np.zeros((1, 2, 4), np.float32), {})
+        insets._draw_whole(context, frame)
+        insets._draw_whole(context, frame)
+        del frame
+    assert [pixels[0, 0, 0] for pixels, _ in quads] == [0.25, 0.5, 0.75]

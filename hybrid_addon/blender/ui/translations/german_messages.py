@@ -61,4 +61,18 @@ MESSAGES = {
         "hat Glas hinter seinem Glas, das EEVEE weglässt ({} % seines Lichts)"
     ),
     "refracts light more than once ({} % of its light)": "bricht Licht mehr als einmal ({} % seines Lichts)",
+    "EEVEE's picture": "EEVEEs Bild",
+    "Reading EEVEE's picture": "EEVEEs Bild wird gelesen",
+    "Translating the scene": "Die Szene wird exportiert",
+    "Building": "Der Raytracer wird vorbereitet",
+    "Tracing": "Raytracing",
+    "Tracing {} %": "Raytracing {} %",
+    "Tracing {} %, about {} left": "Raytracing {} %, noch etwa {}",
+    "Stopped at {} %": "Abgebrochen bei {} %",
+    "Stopped: EEVEE's picture alone": "Abgebrochen: nur EEVEEs Bild",
+    "the preview is off": "Die Vorschau ist aus",
+    "switch Scene Lights and Scene World on in Viewport Shading": (
+        "In der Viewport-Schattierung Szenenlichter und Szenenwelt einschalten"
+    ),
+    "{} is being edited: leave its mode": "{} wird bearbeitet: den Modus verlassen",
 }
