@@ -173,5 +173,6 @@ def translated(
 
 def full_size(scene: bpy.types.Scene) -> tuple[int, int]:
     """Width and height of a frame in pixels."""
-    scale = scene.render.resolution_percentage / 100
-    return max(1, int(scene.render.resolution_x * scale)), max(1, int(scene.render.resolution_y * scale))
+    own = scene.render  # whole numbers throughout, as Blender: 100 * 0.29 is less than 29
+    width, height = (n * own.resolution_percentage // 100 for n in (own.resolution_x, own.resolution_y))
+    return max(1, width), max(1, height)

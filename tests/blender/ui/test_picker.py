@@ -30,6 +30,8 @@ def test_a_click_means_a_pixel_of_the_frame_at_its_resolution(frame):
     assert picker.pixel_at(frame, 0.999, 0.999) == (95, 53)
     frame.render.use_border = True  # the rest of the picture is empty, and still there
     assert picker.pixel_at(frame, 0.999, 0.999) == (95, 53)
+    frame.render.resolution_x, frame.render.resolution_percentage = 100, 29
+    assert picker.pixel_at(frame, 0.999, 0.999) == (28, 30)
 
 
 def test_a_picture_cropped_to_the_border_is_a_part_of_the_frame(frame):
