@@ -51,7 +51,7 @@ def register() -> None:
     translations.register()
     handlers.register()
     main_thread.register()
-    preview.register()
+    preview.register(translations.sentence)
     panels.register()
     cli.register()
     _registered = True

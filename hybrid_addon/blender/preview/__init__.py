@@ -15,6 +15,7 @@ the work on a picture, the first change of the scene the picture, too.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -67,6 +68,7 @@ class _Preview:
     compiled   : (translated scene, the same ready to trace).
     caches     : (scene's name, what its last translation has left).
     draw       : Blender's handles of `_draw` and `_write`, while they are registered.
+    say        : puts a line into the user's language.
     """
 
     viewports: dict[int, _Viewport] = field(default_factory=dict)
@@ -75,6 +77,7 @@ class _Preview:
     compiled: tuple[Any, Any] | None = None
     caches: tuple[str, FrameCaches] | None = None
     draw: tuple[Any, Any] | None = None
+    say: Callable[[str], str] = str
 
 
 _preview = _Preview()
@@ -149,7 +152,7 @@ def _write() -> None:
         return
     text = f"Hybrid {viewport.status}" if viewport.status and context.space_data.overlay.show_overlays else ""
     if viewport.problem:  # without overlays too: else nobody knows why there is no picture
-        text = f"Hybrid: {viewport.problem}"
+        text = f"Hybrid: {_preview.say(viewport.problem)}"
     if not text:
         return
     scale = context.preferences.system.ui_scale
@@ -296,10 +299,11 @@ def _keep(job: Job) -> None:
 # ------------------------------------------------------------------------------------------------ on and off
 
 
-def register() -> None:
-    """Add the draw handler; nothing runs in the background."""
+def register(say: Callable[[str], str]) -> None:
+    """Add the draw handler; nothing runs in the background. say: puts a line into the user's language."""
     if bpy.app.background:
         return
+    _preview.say = say
     icon.register()
     add = bpy.types.SpaceView3D.draw_handler_add
     _preview.draw = add(_draw, (), "WINDOW", "POST_VIEW"), add(_write, (), "WINDOW", "POST_PIXEL")

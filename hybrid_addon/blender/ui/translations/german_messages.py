@@ -70,6 +70,7 @@ MESSAGES = {
     "Tracing {} %, about {} left": "Raytracing {} %, noch etwa {}",
     "Stopped at {} %": "Abgebrochen bei {} %",
     "Stopped: EEVEE's picture alone": "Abgebrochen: nur EEVEEs Bild",
+    "not enough memory for the preview": "Für die Vorschau reicht der Speicher nicht",
     "the preview is off": "Die Vorschau ist aus",
     "switch Scene Lights and Scene World on in Viewport Shading": (
         "In der Viewport-Schattierung Szenenlichter und Szenenwelt einschalten"
