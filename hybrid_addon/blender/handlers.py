@@ -13,7 +13,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import preview, session
-from .pipeline import eevee_shadows, note, others_handlers, scene_setup, trace_scenes
+from .pipeline import eevee_shadows, note, others_handlers, scene_setup, trace_scenes, transmission
 from .pipeline.fingerprint import Fingerprint, fingerprint
 from .pipeline.guard import guard
 from .render import growing, images, retrace
@@ -91,6 +91,7 @@ def _in_window(operator: Any, **properties: str) -> None:
 
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    transmission.changed()
     retrace.touched(depsgraph)
     if not any(scene.hybrid.enabled or scene_setup.is_trace_scene(scene) for scene in bpy.data.scenes):
         return
@@ -117,6 +118,7 @@ def _on_redone(*_args: Any) -> None:
 
 def _moved(operator: Any) -> None:
     """The user has gone one step through the history: leave it as it is, or go on if a step of ours is the next."""
+    transmission.changed()
     if bpy.app.background:
         scene_setup.sync_all()
         return
@@ -136,6 +138,7 @@ def _on_loaded(*_args: Any) -> None:
     session.forget()
     insets.forget()
     preview.forget()
+    transmission.changed()
     scene_setup.sync_all()
     if bpy.app.background and any(scene_setup.is_active(scene) for scene in bpy.data.scenes):
         images.ensure_render_result()
@@ -189,6 +192,7 @@ def _evaluation_begins(scene: bpy.types.Scene, *_args: Any) -> None:
 @persistent
 def _evaluated(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Blender calls this for each view layer that it is about to render, too."""
+    transmission.changed()
     if scene.hybrid.enabled and scene_setup.is_active(scene.original):
         eevee_shadows.hand_over(scene.original, depsgraph)
         trace_scenes.evaluated(depsgraph)

@@ -6,7 +6,7 @@ The translator itself reads the materials, without their images. What is linked,
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import bpy
@@ -71,12 +71,45 @@ def surface_of(b_material: bpy.types.Material | None, scene: bpy.types.Scene) ->
     return translate_material(b_material, _NoImages(warn), warn, _frame(scene))
 
 
+_kept: dict[tuple[object, ...], Any] = {}
+
+
+def until_changed(key: tuple[object, ...], make: Callable[[], Any]) -> Any:
+    """What `make` gives, for panels that ask at every redraw: kept until `changed`.
+
+    Not in the background, where scripts edit and ask before Blender tells of anything.
+    """
+    if bpy.app.background:
+        return make()
+    found = _kept.get(key)
+    if found is None:
+        _kept[key] = found = make()
+    return found
+
+
+def changed() -> None:
+    """Blender has told of a change, of whatever it is; any thread."""
+    _kept.clear()
+
+
+def shown_surface(b_material: bpy.types.Material | None, b_context: bpy.types.Context) -> Surface:
+    """`surface_of`, for panels. It is kept only where Blender would tell of a change: what its depsgraph evaluates."""
+    scene, b_depsgraph = b_context.scene, b_context.view_layer.depsgraph
+    if b_material is None or b_depsgraph is None or not b_material.evaluated_get(b_depsgraph).is_evaluated:
+        return surface_of(b_material, scene)
+    key = ("surface", b_material.session_uid, scene.session_uid)
+    found: Surface = until_changed(key, lambda: surface_of(b_material, scene))
+    return found
+
+
 def _is_not(value: Any, number: float) -> bool:
     return isinstance(value, Expression) or value != number
 
 
 class _NoImages(Images):
     """Images whose pixels nobody will look at."""
+
+    looked_at = False
 
     def pixels(self, b_image: bpy.types.Image, b_image_user: bpy.types.ImageUser | None = None) -> Texels:
         """One white pixel."""

@@ -16,7 +16,7 @@ import bpy
 from ...scene import Scene, TriangleMesh
 from .. import session
 from ..errors import HybridError
-from ..pipeline import nodes, scene_setup
+from ..pipeline import nodes, scene_setup, transmission
 from ..session import EeveeHalf, Half
 from ..sync.cache import same
 from .snapshot import Snapshot
@@ -120,12 +120,20 @@ def why_not(scene: bpy.types.Scene, thorough: bool = False) -> str:
     if changed:
         return f"{changed} since the last render: press F12"
     missing = {
-        "Traced Shadows has": known.shadows != scene_setup.traces_shadows(scene),
+        "Traced Shadows has": known.shadows != _traces_shadows(scene, thorough),
         "Use EEVEE Pixels has": scene_setup.needs_raster(scene) and known.half.depth is None,
         "Caustics has": scene_setup.needs_albedo(scene) and known.half.albedo is None,
     }
     what = next((name for name, is_missing in missing.items() if is_missing), "")
     return f"{what} changed what EEVEE draws: press F12" if what else _other_layers(scene)
+
+
+def _traces_shadows(scene: bpy.types.Scene, thorough: bool) -> bool:
+    """`scene_setup.traces_shadows`; not thorough: what it was at Blender's last update."""
+    if thorough:
+        return scene_setup.traces_shadows(scene)
+    key = ("shadows", scene.session_uid)
+    return bool(transmission.until_changed(key, lambda: scene_setup.traces_shadows(scene)))
 
 
 def _other_layers(scene: bpy.types.Scene) -> str:

@@ -46,7 +46,12 @@ SRGB = "sRGB by its curve"
 
 
 class Images:
-    """Reads each image once."""
+    """Reads each image once.
+
+    looked_at : somebody will look at the pixels, so that a sky is worth drawing.
+    """
+
+    looked_at = True
 
     def __init__(self, warn: Warnings, kept: MeshCache | None = None) -> None:
         self._warn = warn

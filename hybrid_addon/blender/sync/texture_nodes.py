@@ -11,6 +11,7 @@ from ... import expressions as ex
 from ...procedural import cells
 from ...procedural.gabor import INTENSITY, PHASE, VALUE
 from ...scene import Expression, Texture, Value
+from .image import MISSING
 from .nodes import Node
 from .sky import baked, settings_of
 from .texture import NodeReader
@@ -107,7 +108,7 @@ def _white_noise(node: Node, output: str, reader: NodeReader) -> Value:
 
 
 def _sky(node: Node, output: str, reader: NodeReader) -> Value | None:
-    image = baked(settings_of(node.b_node))
+    image = baked(settings_of(node.b_node)) if reader.images.looked_at else MISSING
     if isinstance(image, str):
         if reader.unseen is None:
             return None

@@ -9,7 +9,9 @@ from .. import preview
 from ..api import GEOMETRY
 from ..flags import Flags
 from ..pipeline import scene_setup
-from ..pipeline.transmission import surface_of
+from ..pipeline.transmission import shown_surface
+from ..sync.material import customised
+from ..sync.settings import custom_surface
 from . import messages, picker
 from .layout import field, paragraph
 from .presets import HYBRID_PT_surface_presets
@@ -64,7 +66,8 @@ class HYBRID_MATERIAL_PT_settings(bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.engine in COMPAT_ENGINES and context.material is not None
+        b_material = context.material
+        return context.engine in COMPAT_ENGINES and b_material is not None and not b_material.grease_pencil
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, b_material = self.layout, context.material
@@ -73,7 +76,7 @@ class HYBRID_MATERIAL_PT_settings(bpy.types.Panel):
             paragraph(layout, context, iface("The object's own Custom values are used"), icon="INFO")
         _draw_surface(layout, context, settings)
         if settings.surface == "MATERIAL":
-            for line in described(surface_of(b_material, context.scene)):
+            for line in described(shown_surface(b_material, context)):
                 paragraph(layout, context, line)
         field(layout, context, settings, "dispersion")
 
@@ -115,7 +118,8 @@ def _draw_materials(layout: bpy.types.UILayout, context: bpy.types.Context, b_ob
     for b_material in materials[:MATERIALS_SHOWN] or [None]:
         if len(materials) > 1:
             layout.label(text=b_material.name if b_material else "", icon="MATERIAL", translate=False)
-        for line in described(surface_of(b_material, context.scene)):
+        surface = customised(shown_surface(b_material, context), custom_surface(b_material))
+        for line in described(surface):
             paragraph(layout, context, line)
     if len(materials) > MATERIALS_SHOWN:
         text = iface("and {} more materials").format(len(materials) - MATERIALS_SHOWN)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from ...scene import Expression, Surface
@@ -19,20 +19,25 @@ def described(surface: Surface) -> Iterator[str]:
     if closures:
         yield iface("A mix of {} surfaces").format(len(closures))
         return
-    reflects, passes = _share(surface.reflectivity), 1.0 - _share(surface.opacity)
+    if surface.fog is not None:
+        yield iface("Volume")
+        return
+    reflectivity, opacity = surface.reflectivity, surface.opacity
+    varies = isinstance(reflectivity, Expression) or isinstance(opacity, Expression)
+    mirrors, passes = _may(reflectivity, lambda r: r >= RAYS_MATTER), _may(opacity, lambda o: o <= 1.0 - RAYS_MATTER)
     kind = iface("Solid")
-    if reflects is None or passes is None:
+    if varies:
         kind = iface("Textured")
-    elif reflects >= 0.5:
+    elif reflectivity >= 0.5:
         kind = iface("Metal")
-    elif passes >= RAYS_MATTER:
+    elif passes:
         kind = iface("Glass") if surface.ior != 1.0 else iface("Transparent")
-    numbers = [iface("Reflectivity") + f" {reflects:.2f}"] if reflects and reflects < 1.0 else []
-    if passes >= RAYS_MATTER:
-        numbers += [iface("Opacity") + f" {1.0 - passes:.2f}"] if passes < 1.0 else []
+    numbers = [_named("Reflectivity", reflectivity)] if _may(reflectivity, lambda r: 0.0 < r < 1.0) else []
+    if passes:
+        numbers += [_named("Opacity", opacity)] if _may(opacity, lambda o: o > 0.0) else []
         numbers += [_named("IOR", surface.ior)]
     yield ", ".join([kind, *numbers, _named("Roughness", surface.roughness)])
-    if reflects < RAYS_MATTER and passes < RAYS_MATTER and surface.coat == 0.0:
+    if not mirrors and not passes and surface.coat == 0.0:
         yield iface("Neither mirror nor glass: rays change little. Choose a preset, or change the material")
 
 
@@ -40,6 +45,6 @@ def _named(name: str, value: Any) -> str:
     return iface(name) + " " + (iface("textured") if isinstance(value, Expression) else f"{float(value):.2f}")
 
 
-def _share(value: Any) -> float:
-    """A number; of what varies over the surface, one that stands between."""
-    return 0.5 if isinstance(value, Expression) else float(value)
+def _may(value: Any, holds: Callable[[float], bool]) -> bool:
+    """Whether something holds for a number; of what varies over the surface it may, somewhere."""
+    return isinstance(value, Expression) or holds(float(value))

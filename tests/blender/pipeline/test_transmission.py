@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import subprocess
+
 import bpy
 import pytest
 
 import hybrid_addon as hybrid
 from hybrid_addon.blender import scan
-from hybrid_addon.blender.pipeline import scene_setup
+from hybrid_addon.blender.pipeline import scene_setup, transmission
 from hybrid_addon.blender.render.settings import tracer_settings
 from hybrid_addon.scene import Expression
 
@@ -113,6 +115,16 @@ def test_a_material(scene, cube, name):
     assert tracer_settings(scene).raster_shadows == expected
     hybrid.unmark(cube)
     assert not scene_setup.traces_shadows(scene)
+
+
+def test_no_sky_is_drawn_to_tell(scene, cube, monkeypatch):
+    """Another Blender would draw it, for seconds; panels ask at every redraw."""
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: pytest.fail("another Blender"))
+    tree = cube.active_material.node_tree
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    tree.links.new(tree.nodes["Principled BSDF"].inputs["Alpha"], sky.outputs[0])
+    assert isinstance(transmission.surface_of(cube.active_material, scene).opacity, Expression)
+    assert scene_setup.traces_shadows(scene)
 
 
 def test_an_objects_own_values_win(scene, cube):
