@@ -288,7 +288,7 @@ def _raster_report(scene: bpy.types.Scene, resolution: tuple[int, int]) -> dict[
         film=None,
         counts={},
         time={"raster": timing, "total": timing},
-        warnings=(scene_setup.missed(scene) or ["no object is ray traced: tick Ray Traced on one"])
+        warnings=(scene_setup.missed(scene) or ["no object is ray traced: tick Hybrid in an object's properties"])
         if nothing_flagged
         else [],
         skipped=[

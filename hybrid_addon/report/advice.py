@@ -85,8 +85,9 @@ def rough_note(entries: Sequence[dict[str, Any]]) -> str:
     number = sum(entry["rough"] and not is_worth(entry) for entry in entries)
     if number == 0:
         return ""
-    are = "objects are" if number > 1 else "object is"
-    return f"{number} {are} rough: set Rough Samples to 1 or more to see what rays bring"
+    if number == 1:
+        return "1 object is rough: set Rough Samples to 1 or more to see what rays bring"
+    return f"{number} objects are rough: set Rough Samples to 1 or more to see what rays bring"
 
 
 def _why(shares: dict[str, float]) -> list[str]:

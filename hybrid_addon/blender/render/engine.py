@@ -228,16 +228,16 @@ def budget_warnings(scene: bpy.types.Scene, timing: dict[str, dict[str, float]],
     if budget <= 0:
         return []
     if budget < eevee and scene.hybrid.mode != "FULL":
-        return [f"EEVEE alone took {eevee:.1f} s of the time budget of {budget:g} s: lower its samples"]
+        return [f"EEVEE alone took {eevee:.1f} s of the Time Limit of {budget:g} s: lower its samples"]
     others = {name: clock["wall"] for name, clock in timing.items() if name != "raster"}
     ready, spent = sum(others.values()) + film.time["build"]["wall"], session.of(scene.name).since_start()["wall"]
     if spent > budget:
         return [
-            f"the frame took {spent:.2f} s, over its time budget of {budget:g} s: before the tracer {eevee:.2f} s, "
+            f"the frame took {spent:.2f} s, over its Time Limit of {budget:g} s: before the tracer {eevee:.2f} s, "
             f"exporting and preparing the scene {ready:.2f} s, tracing {film.time['trace']['wall']:.2f} s"
         ]
     if any(entry["what"] == "resolution" for entry in film.skipped):
-        return [f"the time budget of {budget:g} s cost resolution: raise it, or lower Max Bounces"]
+        return [f"the Time Limit of {budget:g} s cost resolution: raise it, or lower Max Bounces"]
     return []
 
 

@@ -13,7 +13,7 @@ from .. import api
 from ..errors import HybridError
 from . import messages
 from .layout import paragraph
-from .translations import iface, sentence
+from .translations import iface, sentence, translated
 
 
 class HybridAdviceRow(PropertyGroup):
@@ -69,18 +69,15 @@ class HYBRID_OT_advise(bpy.types.Operator):
             row = advice.rows.add()
             row.name, row.why = entry["object"], "\n".join(entry["why"])
             row.coverage, row.seconds, row.suggested = entry["coverage"], entry["seconds"], entry["suggested"]
-        self.report({"INFO"}, rpt_("{} objects need rays").format(sum(row.suggested for row in advice.rows)))
+        number = sum(row.suggested for row in advice.rows)
+        self.report({"INFO"}, rpt_("Objects that need rays: {}").format(number))
         return {"FINISHED"}
 
 
 def listed(context: bpy.types.Context) -> list[HybridAdviceRow]:
     """The rows that the list shows."""
-    objects = context.scene.objects
-    return [
-        row
-        for row in context.window_manager.hybrid_advice.rows
-        if row.suggested or (row.name in objects and objects[row.name].hybrid.ray_traced)
-    ]
+    ticked = {b_object.name for b_object in context.scene.objects if b_object.hybrid.ray_traced}
+    return [row for row in context.window_manager.hybrid_advice.rows if row.suggested or row.name in ticked]
 
 
 class HYBRID_OT_flag_advised(bpy.types.Operator):
@@ -145,17 +142,17 @@ class HYBRID_RENDER_PT_advice(bpy.types.Panel):
         rows = listed(context)
         if not rows:
             paragraph(layout, context, iface("No object here needs rays"), icon="CHECKMARK")
-        if advice.note:
-            paragraph(layout, context, sentence(advice.note), icon="INFO")
+        for note in advice.note.splitlines():
+            paragraph(layout, context, sentence(note), icon="INFO")
         if not rows:
             return
         layout.template_list("HYBRID_UL_advice", "", advice, "rows", advice, "active", rows=3)
         if 0 <= advice.active < len(advice.rows):
             row = advice.rows[advice.active]
-            paragraph(layout, context, sentence(row.name + ": " + "; ".join(row.why.splitlines())))
+            paragraph(layout, context, f"{row.name}: " + "; ".join(map(translated, row.why.splitlines())))
         layout.operator("hybrid.flag_advised", icon="CHECKMARK")
         total = sum(row.seconds for row in rows)
-        text = iface("All of them: {}, {:.2g} s to build").format(cost({"seconds": total}), advice.build)
+        text = iface("All of them: {}, {:.2g} s to build").format(translated(cost({"seconds": total})), advice.build)
         paragraph(layout, context, text + ". " + iface("An estimate from a coarse picture traced here"))
 
 

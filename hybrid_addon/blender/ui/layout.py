@@ -8,6 +8,7 @@ the column of labels. There the labels stand within the fields, or above them; f
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import Any
 
 import blf
@@ -65,10 +66,21 @@ def _scale() -> float:
 
 def text_width(text: str) -> float:
     """Pixels of a text in the interface's own letters."""
+    blf.size(0, _letters())
+    return float(blf.dimensions(0, text)[0])
+
+
+def _letters() -> float:
+    """Size of the interface's letters, in pixels."""
     preferences = bpy.context.preferences
     style = preferences.ui_styles[0].widget if preferences.ui_styles else None
-    blf.size(0, (style.points if style else 11.0) * _scale())
-    return float(blf.dimensions(0, text)[0])
+    return (style.points if style else 11.0) * _scale()
+
+
+@lru_cache(maxsize=8)
+def _longest(texts: tuple[str, ...], _size: float, _font: str) -> float:
+    """Pixels of the longest of these in letters of that size and font: measured once, not for each field drawn."""
+    return max(map(text_width, texts))
 
 
 def room(context: bpy.types.Context) -> float:
@@ -85,7 +97,8 @@ def label_of(settings: bpy.types.PropertyGroup, name: str) -> str:
 def splits(width: float) -> bool:
     """Whether the longest label fits beside its field in a panel of this width."""
     names = [BESIDE.get(row.name, row.label) for row in (*SURFACE, *SCENE) if row.kind in {"INT", "FLOAT", "ENUM"}]
-    longest = max(text_width(translations.iface(name)) for name in names)
+    preferences = bpy.context.preferences
+    longest = _longest(tuple(map(translations.iface, names)), _letters(), preferences.view.font_path_ui)
     return longest <= LABEL_SHARE * width - PADDING * unit()
 
 

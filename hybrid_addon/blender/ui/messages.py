@@ -20,7 +20,7 @@ from ..pipeline import scene_setup
 from ..render import main_thread
 from . import picker
 from .layout import paragraph
-from .translations import iface, sentence
+from .translations import iface, sentence, translated
 
 
 def draw_state(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
@@ -33,7 +33,8 @@ def draw_state(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         return
     own = session.of(scene.name)
     if own.error:
-        paragraph(layout, context, sentence(str(own.error)), icon="ERROR")
+        text = iface("The last render failed: {}").format(translated(str(own.error)))
+        paragraph(layout, context, text, icon="ERROR")
     if not scene.hybrid.enabled:
         return
     refused = "" if own.error else picker.refusal(scene)

@@ -8,7 +8,7 @@ from bpy.app.translations import pgettext_iface as iface_
 
 from .. import api, scan
 from ..errors import HybridError
-from ..render import engine
+from ..render import eevee_half, engine
 
 TEXT = "Hybrid Pixel"
 """Name of the text datablock that holds the last answer."""
@@ -23,6 +23,7 @@ def refusal(scene: bpy.types.Scene) -> str:
         return "Hybrid is off in this scene"
     try:
         api.check_camera(scene, scene.camera)
+        eevee_half.refuse_stereo(scene)
     except HybridError as error:
         return str(error)
     return ""

@@ -37,19 +37,38 @@ SURFACES = {
 }
 
 
-def preset_material(name: str) -> bpy.types.Material:
-    """The material of this name from the asset library, appended; the one that is in the file already, if it is."""
-    before = set(bpy.data.materials)
-    bpy.ops.wm.append(directory=f"{LIBRARY.as_posix()}/Material/", filename=name, do_reuse_local_id=True)
-    new = set(bpy.data.materials) - before
-    if new:
-        return new.pop()
-    return next(b_material for b_material in bpy.data.materials if _is_from_library(b_material, name))
+def preset_material(name: str) -> bpy.types.Material | None:
+    """The material of this name from the asset library, appended; the one that is in the file already, if it is.
+
+    None: the library, or the material in it, is missing.
+    """
+    if not LIBRARY.is_file():
+        return None
+    there = [b_material for b_material in bpy.data.materials if _is_from_library(b_material, name)]
+    return min(there, key=lambda b_material: b_material.name != name, default=None) or _appended(name)
+
+
+ORIGIN = "preset"
+"""Key within `Material.hybrid`, by which a preset finds its material again under any name. Copies have it, too."""
+
+
+def _appended(name: str) -> bpy.types.Material | None:
+    """Not by Blender's operator, which no mode but Object Mode lets run, and which changes the selection."""
+    with bpy.data.libraries.load(str(LIBRARY)) as (there, wanted):
+        wanted.materials = [name] if name in there.materials else []
+    for b_material in wanted.materials:
+        b_material.asset_clear()  # it is an asset there: here it would fill the artist's own library
+        b_material.hybrid[ORIGIN] = name
+        return b_material
+    return None
 
 
 def _is_from_library(b_material: bpy.types.Material, name: str) -> bool:
-    origin = b_material.library_weak_reference
-    return origin is not None and origin.id_name == f"MA{name}" and Path(origin.filepath).name == LIBRARY.name
+    if b_material.library is not None:
+        return False
+    origin = b_material.library_weak_reference  # of what Blender's Asset Browser has appended
+    dropped = origin is not None and origin.id_name == f"MA{name}" and Path(origin.filepath).name == LIBRARY.name
+    return dropped or b_material.hybrid.get(ORIGIN) == name
 
 
 def _wear(b_object: bpy.types.Object, b_material: bpy.types.Material) -> bool:
@@ -64,6 +83,12 @@ def _wear(b_object: bpy.types.Object, b_material: bpy.types.Material) -> bool:
         return False
     b_object.data.materials.append(b_material)
     return True
+
+
+def _chosen(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """The selected objects; where none is, the active one."""
+    active = [context.object] if context.object is not None else []
+    return list(context.selected_objects) or active
 
 
 class HYBRID_OT_surface_preset(bpy.types.Operator):
@@ -83,23 +108,32 @@ class HYBRID_OT_surface_preset(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if context.object is not None and context.object.type in GEOMETRY:
+        if any(b_object.type in GEOMETRY for b_object in _chosen(context)):
             return True
         cls.poll_message_set("Select an object with a surface")
         return False
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        b_material = preset_material(SURFACES[self.preset][0])
-        chosen = [ob for ob in {context.object, *context.selected_objects} if ob.type in GEOMETRY and not ob.library]
-        first = messages.is_first(context.scene)
+        chosen = [ob for ob in _chosen(context) if ob.type in GEOMETRY and not ob.library]
+        if not chosen:
+            self.report({"WARNING"}, iface("They are linked from another file: nothing was changed"))
+            return {"CANCELLED"}
+        name = SURFACES[self.preset][0]
+        b_material = preset_material(name)
+        if b_material is None:
+            self.report({"ERROR"}, iface("{} is missing: install the add-on again").format(f"{LIBRARY.name}: {name}"))
+            return {"CANCELLED"}
+        first, worn = messages.is_first(context.scene), 0
         for b_object in chosen:
             if not _wear(b_object, b_material):
                 self.report({"WARNING"}, iface("{} can wear no material").format(b_object.name))
                 continue
             b_object.hybrid.dispersion, b_object.hybrid.surface = 0.0, "MATERIAL"
             b_object.hybrid.ray_traced = True
-        if first:
+            worn += 1
+        if first and worn:
             messages.switch_on(context.scene)
+        self.report({"INFO"}, iface("Objects that wear {} now: {}").format(b_material.name, worn))
         return {"FINISHED"}
 
 
@@ -156,6 +190,7 @@ class OurPresets(PresetPanel):
             super().draw(context)
             return
         row = self.layout.row(align=True)  # Blender says "Missing Paths" where nobody has saved one yet
+        row.operator_context = "EXEC_DEFAULT"  # as Blender does: at once, by the name that stands there
         row.prop(context.window_manager, "preset_name", text="")
         row.operator(self.preset_add_operator, text="", icon="ADD").name = context.window_manager.preset_name
 
@@ -199,9 +234,8 @@ class HYBRID_OT_surface_preset_add(AddPresetBase, bpy.types.Operator):
     preset_menu = "HYBRID_PT_surface_presets"
     preset_subdir = HYBRID_PT_surface_presets.preset_subdir
     preset_defines = ["hybrid = bpy.context.object.hybrid"]
-    preset_values = [
-        f"hybrid.{name}" for name in ("reflectivity", "opacity", "ior", "dispersion", "surface", "ray_traced")
-    ]  # a value sets Custom: `surface` after them
+    # A value sets Custom: `surface` after them.
+    preset_values = [f"hybrid.{name}" for name in ("reflectivity", "opacity", "ior", "dispersion", "surface")]
 
 
 CLASSES = (

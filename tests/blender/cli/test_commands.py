@@ -321,6 +321,6 @@ def test_a_budget_that_eevee_or_the_screen_exceeds_is_a_warning(blend, tmp_path)
     words = ["--samples", "64", "--time-budget", "0.001", "--report", str(report)]
     assert cli.main(render(blend, tmp_path / "o.png", *words)) == 0
     told = json.loads(report.read_text())
-    (line,) = (line for line in told["warnings"] if "time budget of 0.001 s" in line)
+    (line,) = (line for line in told["warnings"] if "Time Limit of 0.001 s" in line)
     assert "preparing the scene" in line and f"tracing {told['time']['trace']['wall']:.2f} s" in line
     assert (tmp_path / "o.png").is_file()

@@ -12,6 +12,7 @@ import pytest
 
 from hybrid_addon.blender import flags, session
 from hybrid_addon.blender.errors import HybridError
+from hybrid_addon.blender.pipeline import transmission
 from hybrid_addon.blender.sync.coverage import scene_tables
 from hybrid_addon.blender.ui import advice, layout, messages, panels, render_panels, translations
 from hybrid_addon.blender.ui.translations.german import GERMAN
@@ -114,12 +115,59 @@ def test_a_picture_without_rays_says_why(cube):
     flags.clear(cube)
     assert told(cube).startswith("No object is ray traced")
     session.of(cube.name).error = HybridError("scene 'Scene' has no camera")
-    assert told(cube).startswith("Scene 'Scene' has no camera")
+    assert told(cube).startswith("The last render failed: scene 'Scene' has no camera")
     session.of(cube.name).error = None
     cube.render.engine = "CYCLES"
     assert told(cube).startswith("Hybrid needs EEVEE")
     assert bpy.ops.hybrid.use_eevee() == {"FINISHED"}
     assert told(cube).startswith("No object")
+
+
+def drawn(panel, scene):
+    """All words that a panel draws."""
+    recorder = labels.Layout()
+    panel.draw(SimpleNamespace(layout=recorder), seen(scene, 500.0))
+    return " ".join(words_of(recorder))
+
+
+def words_of(part):
+    if isinstance(part, labels.Layout):
+        return [word for inner in part.parts for word in words_of(inner)]
+    return [word for word in part if isinstance(word, str)] if isinstance(part, tuple) else []
+
+
+def test_own_values_of_a_material_are_told_of_its_object_too(cube):
+    b_material = cube.objects["Cube"].active_material
+    assert "Solid" in drawn(panels.HYBRID_OBJECT_PT_settings, cube)
+    b_material.hybrid.opacity, b_material.hybrid.ior = 0.0, 2.0
+    assert "Glass, IOR 2.00" in drawn(panels.HYBRID_OBJECT_PT_settings, cube)
+
+
+def test_the_panel_of_materials_is_not_for_grease_pencil(cube):
+    context = seen(cube)
+    assert panels.HYBRID_MATERIAL_PT_settings.poll(context)
+    bpy.data.materials.create_gpencil_data(context.material)
+    assert not panels.HYBRID_MATERIAL_PT_settings.poll(context)
+
+
+def test_labels_are_measured_once(cube, monkeypatch):
+    layout.splits(300.0)
+    monkeypatch.setattr(layout, "text_width", lambda text: pytest.fail(f"{text} is measured again"))
+    assert layout.splits(1000.0) and not layout.splits(100.0)
+
+
+def test_a_surface_is_read_once_until_blender_tells_of_a_change(cube, monkeypatch):
+    monkeypatch.setattr(transmission, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
+    b_material = cube.objects["Cube"].active_material
+    context = SimpleNamespace(scene=cube, view_layer=bpy.context.view_layer)
+    context.view_layer.update()
+    first = transmission.shown_surface(b_material, context)
+    assert transmission.shown_surface(b_material, context) is first
+    b_material.node_tree.nodes["Principled BSDF"].inputs["Roughness"].default_value = 0.125
+    context.view_layer.update()
+    assert transmission.shown_surface(b_material, context).roughness == 0.125
+    loose = bpy.data.materials.new("Nobody wears it")  # no update tells of it
+    assert transmission.shown_surface(loose, context) is not transmission.shown_surface(loose, context)
 
 
 def test_the_first_tick_switches_hybrid_on_and_no_other_does(cube):

@@ -51,6 +51,8 @@ def test_what_cannot_be_explained_is_refused_in_one_line(scene):
     assert not bpy.ops.hybrid.explain_pixel.poll()
     scene.hybrid.enabled = True
     assert picker.refusal(scene) == ""
+    scene.render.use_multiview = True
+    assert "switch Stereoscopy off" in picker.refusal(scene)
     scene.camera = None
     assert "has no camera" in picker.refusal(scene)
 

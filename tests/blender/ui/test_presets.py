@@ -52,6 +52,35 @@ def test_each_preset_is_what_its_tooltip_says(cube):
         assert (surface.reflectivity, surface.opacity) == ((1.0, 1.0) if metal else (0.0, 0.0))
 
 
+def test_a_preset_in_edit_mode_and_without_asset_marks(cube):
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert bpy.ops.hybrid.surface_preset(preset="GLASS") == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert cube.active_material.name == "Glass" and cube.active_material.asset_data is None
+    assert "preset" not in cube.active_material.keys(), list(cube.active_material.keys())
+    cube.active_material.name = "Of mine"
+    assert presets.preset_material("Glass") == cube.active_material
+
+
+def test_a_preset_changes_what_is_selected_and_no_more(cube):
+    bpy.ops.mesh.primitive_plane_add()
+    plane = bpy.context.object  # selected alone
+    bpy.context.view_layer.objects.active = cube
+    bpy.ops.hybrid.surface_preset(preset="GLASS")
+    assert plane.hybrid.ray_traced and not cube.hybrid.ray_traced
+    plane.select_set(False)
+    bpy.ops.hybrid.surface_preset(preset="GOLD")
+    assert cube.active_material.name == "Gold" and plane.active_material.name == "Glass"
+
+
+def test_a_missing_library_is_told(cube, monkeypatch, tmp_path):
+    assert presets.preset_material("No such") is None
+    monkeypatch.setattr(presets, "LIBRARY", tmp_path / "none.blend")
+    with pytest.raises(RuntimeError, match=r"none\.blend: Glass is missing"):
+        bpy.ops.hybrid.surface_preset(preset="GLASS")
+    assert not cube.hybrid.ray_traced
+
+
 def test_own_presets_hold_what_quality_presets_set():
     known = {f"hybrid.{name}" for name in next(iter(QUALITY.values()))[2].values()}
     assert set(presets.HYBRID_OT_quality_preset_add.preset_values) == known

@@ -42,11 +42,11 @@ def iface(text: str) -> str:
 
 def sentence(text: str) -> str:
     """What the tracer or the translator says of a scene, in the user's language, with a capital letter."""
-    text = _translated(text)
+    text = translated(text)
     return text[:1].upper() + text[1:]
 
 
-def _translated(text: str) -> str:
+def translated(text: str) -> str:
     """By the first template that fits; of several things of one owner each by itself."""
     if not words() or bpy.app.translations.locale not in SENTENCES:
         return text
@@ -56,9 +56,9 @@ def _translated(text: str) -> str:
             return own.format(*found.groups())
     owned = OWNED.fullmatch(text)
     if owned is not None:
-        return f"{owned[1]}: {_translated(owned[2])}"
+        return f"{owned[1]}: {translated(owned[2])}"
     parts = text.split("; ")
-    return "; ".join(map(_translated, parts)) if len(parts) > 1 else text
+    return "; ".join(map(translated, parts)) if len(parts) > 1 else text
 
 
 OWNED = re.compile(r"""(\w+ (?:'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")(?:, \d+ things)?): (.+)""")

@@ -236,7 +236,7 @@ GERMAN = {
     "No object here needs rays": "Kein Objekt hier braucht Raytracing",
     "All of them: {}, {:.2g} s to build": "Alle zusammen: {}, {:.2g} s zum Aufbauen",
     "An estimate from a coarse picture traced here": "Geschätzt nach einem groben Bild, das hier verfolgt wurde",
-    "{} objects need rays": "{} Objekte brauchen Raytracing",
+    "Objects that need rays: {}": "Objekte, die Raytracing brauchen: {}",
     # the Image Editor
     "Why Is This Pixel Like This?": "Warum ist dieser Pixel so?",
     "Click a pixel to read its rays: the objects that they hit, and the light that each contributes": (

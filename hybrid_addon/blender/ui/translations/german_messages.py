@@ -36,10 +36,10 @@ MESSAGES = {
     "Photons light what EEVEE draws, and it draws nothing: use Simple caustics": (
         "Photonen beleuchten, was EEVEE zeichnet, und es zeichnet nichts: einfache Kaustiken nehmen"
     ),
-    "EEVEE alone took {} s of the time budget of {} s: lower its samples": (
+    "EEVEE alone took {} s of the Time Limit of {} s: lower its samples": (
         "EEVEE allein brauchte {} s des Zeitlimits von {} s: seine Abtastwerte verringern"
     ),
-    "the time budget of {} s cost resolution: raise it, or lower Max Bounces": (
+    "the Time Limit of {} s cost resolution: raise it, or lower Max Bounces": (
         "Das Zeitlimit von {} s hat Auflösung gekostet: es erhöhen oder die Abprallungen verringern"
     ),
     "Freestyle draws its lines over EEVEE's picture: there are none where the ray tracer draws everything": (
@@ -49,6 +49,14 @@ MESSAGES = {
         "Szene {} ist aus {} verknüpft: Hybrid in jener Datei einschalten"
     ),
     "scene {} belongs to the add-on: choose your own scene": "Szene {} gehört dem Add-on: die eigene Szene wählen",
+    "1 object is rough: set Rough Samples to 1 or more to see what rays bring": (
+        "1 Objekt ist rau: Abtastwerte für Rauheit auf 1 oder mehr stellen zeigt, was Raytracing bringt"
+    ),
+    "{} objects are rough: set Rough Samples to 1 or more to see what rays bring": (
+        "{} Objekte sind rau: Abtastwerte für Rauheit auf 1 oder mehr stellen zeigt, was Raytracing bringt"
+    ),
+    "about {} s": "etwa {} s",
+    "about {} min": "etwa {} min",
     "nothing that EEVEE cannot draw": "nichts, was EEVEE nicht zeichnen kann",
     "mirrors what the picture does not show ({} % of its light)": (
         "spiegelt, was das Bild nicht zeigt ({} % seines Lichts)"

@@ -24,6 +24,11 @@ PRESETS = {
     "Car Paint": "Autolack",
     "Red paint under a clear coat": "Roter Lack unter Klarlack",
     "{} can wear no material": "{} kann kein Material haben",
+    "They are linked from another file: nothing was changed": "Sie sind aus einer anderen Datei verknüpft: unverändert",
+    "{} is missing: install the add-on again": "{} fehlt: das Add-on neu installieren",
+    "Objects that wear {} now: {}": "Objekte, die jetzt {} tragen: {}",
+    "The last render failed: {}": "Das letzte Rendern ist gescheitert: {}",
+    "Volume": "Volumen",
     "Add Asset Library": "Asset-Bibliothek hinzufügen",
     "Show the materials and light rigs of the add-on (CC0) in the Asset Browser": (
         "Materialien und Lichtaufbauten des Add-ons (CC0) im Asset-Browser zeigen"
