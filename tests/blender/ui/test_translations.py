@@ -76,6 +76,11 @@ def test_warnings_are_told_in_the_language_too(monkeypatch):
     assert translations.sentence("a line of none") == "A line of none"
 
 
+def test_other_countries_have_the_words_of_their_language():
+    assert [translations.known(locale) for locale in ("de_DE", "de_AT", "de", "de_DE.UTF-8")] == ["de_DE"] * 4
+    assert translations.known("en_US") == translations.known("") == ""
+
+
 def test_templates_are_what_the_code_says():
     """What differs in a template stands between braces in the code, too: each part of it is found there."""
     source = " ".join(

@@ -32,7 +32,16 @@ def words() -> dict[str, str]:
     """Ours in the language of the user's interface; none where he has it in English."""
     if not bpy.context.preferences.view.use_translate_interface:
         return {}
-    return LANGUAGES.get(bpy.app.translations.locale, {})
+    return LANGUAGES.get(known(bpy.app.translations.locale), {})
+
+
+def known(locale: str) -> str:
+    """The locale whose words are used for this one, which may be of another country; "" if there is none."""
+    return locale if locale in LANGUAGES else next((own for own in LANGUAGES if _tongue(own) == _tongue(locale)), "")
+
+
+def _tongue(locale: str) -> str:
+    return re.split(r"[_@.]", locale)[0]
 
 
 def iface(text: str) -> str:
@@ -48,9 +57,10 @@ def sentence(text: str) -> str:
 
 def translated(text: str) -> str:
     """By the first template that fits; of several things of one owner each by itself."""
-    if not words() or bpy.app.translations.locale not in SENTENCES:
+    locale = known(bpy.app.translations.locale)
+    if not words() or locale not in SENTENCES:
         return text
-    for pattern, own in _patterns(bpy.app.translations.locale):
+    for pattern, own in _patterns(locale):
         found = pattern.fullmatch(text)
         if found is not None:
             return own.format(*found.groups())
@@ -76,8 +86,9 @@ def register() -> None:
     """Give Blender the words, for names and for operators (which have a context of their own), and for ours."""
     contexts = ("*", bpy.app.translations.contexts.operator_default, CONTEXT)
     table = {
-        locale: {(context, english): own for english, own in language.items() for context in contexts}
+        name: {(context, english): own for english, own in language.items() for context in contexts}
         for locale, language in LANGUAGES.items()
+        for name in (locale, _tongue(locale))  # where it has no words for a country Blender takes the language's
     }
     bpy.app.translations.register(__package__, table)
 
