@@ -26,6 +26,7 @@ from ...scene import Float32, Float64, Int32, Scene
 from ..core.constants import EMBREE_LIMIT, MOST_STRETCH
 from ..core.vectors import cross, dot, flatnonzero
 from .instances import INSTANCING_FROM, LEAST_INSTANCED, PARAMETRIC, MeshInstances, is_smooth
+from .parts import closed_wear
 from .triangles import facets_of
 
 if TYPE_CHECKING:
@@ -48,18 +49,16 @@ def divided(
 ) -> tuple[list[MeshInstances], list[MeshInstances]]:
     """What is to be flattened, and what is kept as instances.
 
-    bounds : (k, 2, 3) of the instances of each batch.   apart : (s,) surfaces of bodies that are worked on one by one.
+    bounds : (k, 2, 3) of the instances of each batch.   apart : (s,) whose closed bodies are worked on one by one.
     """
     meshes = {id(scene.meshes[mesh]) for mesh in saved_by_instancing(scene)}
-    worn = {instance.surfaces for batch in batches for instance in batch.instances}
-    lone = {surfaces: bool(apart[list(surfaces)].any()) for surfaces in worn}
     flat, kept = [], []
     for batch, boxes in zip(batches, bounds, strict=True):
         if id(batch.mesh) not in meshes:
             flat.append(batch)
             continue
         able = _even(batch) & (np.abs(boxes) < EMBREE_LIMIT).all(axis=(1, 2))
-        able &= [not lone[i.surfaces] for i in batch.instances]
+        able &= ~closed_wear(batch.mesh, [i.surfaces for i in batch.instances], apart)
         kept += [batch.only(flatnonzero(able))] if able.any() else []
         flat += [batch.only(flatnonzero(~able))] if not able.all() else []
     return flat, kept
@@ -98,8 +97,10 @@ class Instanced:
     object: Numbers  # (C,) number in the scene
     surface: Int32  # (C,)
     flags: Bools  # (5, C) ray_traced, camera, shadow, secondary, moves
+    worn: Bools  # (C,) there are triangles of it
     meshes: list[Any]  # the TriangleMesh of each
     tables: dict[str, Float32] = field(default_factory=dict)  # of corners, made when first asked for
+    trees: dict[Any, Any] = field(default_factory=dict)  # of meshes, which all sets share
 
     def after(self, first: int) -> Instanced:
         """The same, whose first face and row is `first`."""
@@ -209,6 +210,7 @@ def instanced_of(
     slots = [_slots(batch, w) for batch, w in zip(batches, whole, strict=True)]
     widths = [int(np.max(s, initial=0)) + 1 for s in slots]
     count = [len(batch.instances) for batch in batches]
+    worn = [np.tile(np.bincount(s, minlength=w) > 0, k) for s, w, k in zip(slots, widths, count, strict=True)]
     width = np.repeat(widths, count)
     surface = [_assigned(batch, w) for batch, w in zip(batches, widths, strict=True)]
     sizes = [len(w) for w in whole]
@@ -237,6 +239,7 @@ def instanced_of(
         object=np.repeat(numbers, width),
         surface=np.concatenate(surface).astype(np.int32),
         flags=np.repeat(np.concatenate(list(flags), axis=1), width, axis=1),
+        worn=np.concatenate(worn),
         meshes=meshes,
     )
 
@@ -339,8 +342,9 @@ class Faces:
 
     def corner_data(self, key: str, start: int, width: int) -> Float32:
         """(3 corners, width, n) of data by key, which flattened triangles have from `start` on."""
+        found = self._rows(None, self._instanced.corner_data(key, width, self._instance, self._triangle))
         data = self._geometry.corner_data
-        if data is not None:
-            data = data.reshape(len(data), 3, -1)[:, :, start : start + width]
-        found = self._rows(data, self._instanced.corner_data(key, width, self._instance, self._triangle))
-        return np.asarray(found).transpose(1, 2, 0)
+        if data is not None and len(self._real):  # it may be narrower: of surfaces that read less
+            rows = data.take(self._face, axis=0).reshape(len(self._real), 3, -1)[:, :, start : start + width]
+            found[self._real, :, : rows.shape[2]] = rows
+        return np.asarray(found.transpose(1, 2, 0))

@@ -8,13 +8,16 @@ vertices, or else by places that differ by rounding, as importers and lathes lea
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...scene import Float32, TriangleMesh
 from ..core.constants import EMBREE_LIMIT, WELD
+from .triangles import facets_of
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -52,6 +55,30 @@ def closed_parts(mesh: TriangleMesh) -> Parts:
             welded = to[stands]
             edges = _Edges(welded[triangles], usable)
     return Parts(_numbered(edges), welded)
+
+
+_closed_slots: WeakKeyDictionary[TriangleMesh, list[int]] = WeakKeyDictionary()
+
+
+def _slots_of_closed(mesh: TriangleMesh) -> list[int]:
+    """The surface slots that closed parts wear: looked for once."""
+    if mesh not in _closed_slots:
+        sound = facets_of(mesh.vertices[mesh.triangles])[3]  # a degenerate triangle is closed, and is left out
+        closed = sound & (closed_parts(mesh).part >= 0)
+        slots = np.zeros(len(closed), np.int32) if mesh.surface_slots is None else mesh.surface_slots
+        _closed_slots[mesh] = np.unique(slots[closed]).tolist()
+    return _closed_slots[mesh]
+
+
+def closed_wear(mesh: TriangleMesh, surfaces: Sequence[tuple[int, ...]], marked: Bools) -> Bools:
+    """(k,) whether any closed part of a mesh wears a surface `marked` (s,), for each k-th tuple that its slots name.
+
+    A leaf is none, whatever it lets through; a slot too many wears the last surface.
+    """
+    found = {worn: bool(marked[list(worn)].any()) for worn in set(surfaces)}
+    for worn in [worn for worn, able in found.items() if able]:
+        found[worn] = any(marked[worn[min(slot, len(worn) - 1)]] for slot in _slots_of_closed(mesh))
+    return np.array([found[worn] for worn in surfaces], bool)
 
 
 def closed_by_number(triangles: Numbers) -> bool:

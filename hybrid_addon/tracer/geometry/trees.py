@@ -71,16 +71,17 @@ class Tree(Protocol):
 
 
 class InstanceTree:
-    """Instances of the meshes that are kept once, of the rows `members` (C,) bool: a tree of each mesh, or of the part
-    of it that some instances have, and one tree over all instances."""
+    """Instances of the meshes that are kept once, of the rows `members` (C,) bool, some of which triangles wear: a tree
+    of each mesh, or of the part of it that some instances have, and one tree over all instances."""
 
     def __init__(self, instanced: Instanced, members: Bools, cache: SceneCache) -> None:
         self._instanced = instanced
         groups, numbers, triangles = [], [], []
         matrices = instanced.matrices.copy()
         matrices[:, :, 3] -= instanced.center
-        for mesh, (start, end) in enumerate(pairwise(instanced.start.tolist())):
-            of_mesh = flatnonzero(instanced.mesh == mesh)
+        ends = np.searchsorted(instanced.mesh, np.arange(len(instanced.start))).tolist()  # it ascends
+        for (start, end), own in zip(pairwise(instanced.start.tolist()), pairwise(ends), strict=True):
+            of_mesh = np.arange(*own)
             slots = instanced.slots[start:end]
             rows = instanced.row[of_mesh, None] - instanced.first + np.arange(int(np.max(slots, initial=0)) + 1)
             patterns, which = np.unique(members[rows], axis=0, return_inverse=True)
@@ -89,9 +90,10 @@ class InstanceTree:
                 if len(local):
                     chosen = of_mesh[which.reshape(-1) == number]
                     arrays = _compact(instanced.vertices, instanced.triangles[start:end][local])
-                    key = Digest(*arrays)
-                    tree = cache.take(key, partial(Triangles, *arrays), IN_TREES, len(local))
-                    groups.append((tree, matrices[chosen].astype(np.float32)))
+                    key = ("mesh", Digest(*arrays))  # not what `kept_tree` makes of the same arrays
+                    if key not in instanced.trees:
+                        instanced.trees[key] = cache.take(key, partial(Triangles, *arrays), IN_TREES, len(local))
+                    groups.append((instanced.trees[key], matrices[chosen].astype(np.float32)))
                     numbers.append(chosen)
                     triangles.append(local)
         self._numbers, self._number_start = _joined(numbers)
@@ -121,8 +123,8 @@ def _joined(parts: list[NDArray[np.intp]]) -> tuple[NDArray[np.intp], NDArray[np
 def trees_over(geometry: Geometry, members: Bools, cache: SceneCache, divided: bool) -> Tree:
     """Trees over the triangles among the primitives `members` (np,) bool."""
     of_triangles = _over_triangles(geometry, members[: geometry.triangle_count], cache, divided)
-    instanced, of_instances = geometry.instanced, members[geometry.flattened_count :]
-    if instanced is None or not of_instances.any():
+    instanced = geometry.instanced
+    if instanced is None or not (of_instances := members[geometry.flattened_count :] & instanced.worn).any():
         return of_triangles
     tree = InstanceTree(instanced, of_instances, cache)
     return TwoTrees(geometry, of_triangles, tree) if members[: geometry.triangle_count].any() else tree

@@ -5,11 +5,12 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ... import memory
 from ...expressions import expressions_of
@@ -18,6 +19,7 @@ from ..core.cache import SceneCache
 from ..geometry.embree import has_kernels
 from ..geometry.flatten import Geometry
 from ..geometry.instanced import saved_by_instancing
+from ..geometry.parts import closed_wear
 from .texels import images_of
 
 GEOMETRY_BYTES = 450
@@ -106,18 +108,30 @@ def of_textures(scene: Scene) -> dict[str, int]:
 def triangles_by_mesh(scene: Scene) -> Counter[int]:
     """Mesh -> triangles that are made of it, or kept: of all its instances, or once (see `geometry.instanced`)."""
     kept = set(saved_by_instancing(scene)) if has_kernels() else set()
-    lone = [_may_be_solid(surface) for surface in scene.surfaces]
-    found: Counter[int] = Counter()
+    solids = _may_be_solids(scene.surfaces) if kept else np.zeros(0, bool)
+    worn: dict[int, list[tuple[int, ...]]] = {}
     for instance in scene.instances:
-        mesh = instance.mesh
-        if mesh not in kept or mesh not in found or any(lone[surface] for surface in instance.surfaces):
-            found[mesh] += len(scene.meshes[mesh].triangles)
+        worn.setdefault(instance.mesh, []).append(instance.surfaces)
+    found: Counter[int] = Counter()
+    for number, surfaces in worn.items():
+        mesh, times = scene.meshes[number], len(surfaces)
+        if number in kept:
+            alone = int(np.count_nonzero(closed_wear(mesh, surfaces, solids)))
+            times = min(alone + 1, times)
+        found[number] = times * len(mesh.triangles)
     return found
 
 
-def _may_be_solid(surface: Surface) -> bool:
-    parts = (surface, *(closure.surface for closure in surface.closures))
-    return any(_is_below_one(s.opacity) and not (s.thin or (isinstance(s.ior, float) and s.ior == 1.0)) for s in parts)
+def _may_be_solids(surfaces: Sequence[Surface]) -> NDArray[np.bool_]:
+    """(s,) whose closed bodies may be solids: all clear ones, once any refracts or absorbs."""
+    clear = np.array([any(_is_below_one(part.opacity) for part in s.parts) for s in surfaces], bool)
+    bends = np.array([any(s.absorption) or any(_may_bend(part) for part in s.parts) for s in surfaces], bool)
+    whole = np.array([not (s.culled or s.shadow_culled) for s in surfaces], bool)
+    return np.asarray(clear & (bends | whole) & (clear & bends).any())
+
+
+def _may_bend(part: Surface) -> bool:
+    return _is_below_one(part.opacity) and not (part.thin or (isinstance(part.ior, float) and part.ior == 1.0))
 
 
 def _is_below_one(opacity: Any) -> bool:

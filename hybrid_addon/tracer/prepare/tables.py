@@ -72,12 +72,14 @@ def prepare(scene: Scene, settings: Settings, cache: SceneCache | None = None) -
 
 
 def _apart(scene: Scene, surfaces: SurfaceTable) -> Bools | None:
-    """(s,) the surfaces of bodies that are worked on one by one: solids swell where they touch others. None: there are
-    too few instances to keep meshes once, or no kernels, which alone find them."""
+    """(s,) the surfaces whose closed bodies are worked on one by one: solids swell where they touch others, and are
+    looked for once anything refracts or absorbs (see `find_solids`). None: there are too few instances to keep meshes
+    once, or no kernels, which alone find them."""
     load_what_finds_instances(scene)
     if not saved_by_instancing(scene) or not has_kernels():
         return None
-    return surfaces.bounds_solids & (surfaces.refracts | surfaces.absorbs)
+    solids = surfaces.bounds_solids
+    return solids & (solids & (surfaces.refracts | surfaces.absorbs)).any()
 
 
 def load_what_finds_instances(scene: Scene) -> None:
