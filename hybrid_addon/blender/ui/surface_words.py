@@ -22,7 +22,8 @@ def described(surface: Surface) -> Iterator[str]:
     if surface.fog is not None:
         yield iface("Volume")
         return
-    reflectivity, opacity = surface.reflectivity, surface.opacity
+    reflectivity: Any = surface.reflectivity
+    opacity: Any = surface.opacity
     varies = isinstance(reflectivity, Expression) or isinstance(opacity, Expression)
     mirrors, passes = _may(reflectivity, lambda r: r >= RAYS_MATTER), _may(opacity, lambda o: o <= 1.0 - RAYS_MATTER)
     kind = iface("Solid")
