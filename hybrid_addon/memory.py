@@ -61,6 +61,8 @@ def peak() -> int | None:
     try:
         if sys.platform == "win32":
             return _peak_of_windows()
+        if sys.platform == "linux":
+            return _kilobytes("VmHWM", Path("/proc/self/status"))
         import resource
 
         largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -74,9 +76,14 @@ def peak() -> int | None:
 
 def _of_machine(meminfo: Path = Path("/proc/meminfo")) -> int | None:
     """MemAvailable: free memory, and caches that can be dropped."""
-    for line in meminfo.read_text().splitlines():
+    return _kilobytes("MemAvailable", meminfo)
+
+
+def _kilobytes(wanted: str, file: Path) -> int | None:
+    """Bytes, of a file with lines "name: n kB". The peak that `getrusage` has begins at that of the parent process."""
+    for line in file.read_text().splitlines():
         name, _, value = line.partition(":")
-        if name == "MemAvailable":
+        if name == wanted:
             return int(value.split()[0]) * 1024
     return None
 
