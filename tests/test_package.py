@@ -48,6 +48,32 @@ def life(archive: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, A
     return json.loads(report.read_text(encoding="utf-8"))
 
 
+def test_zips_may_be_built_among_the_sources(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The copy that a zip is made of holds neither itself, nor the zips that are there already."""
+    monkeypatch.syspath_prepend(ROOT / "tools")
+    import build_extension as tool
+
+    def blender_ext(command: str, *arguments: Any) -> None:
+        if command == "build":
+            source, output = Path(arguments[1]), Path(arguments[3])
+            seen.extend(sorted(path.relative_to(source).as_posix() for path in source.rglob("*")))
+            (output / "new.zip").touch()
+
+    seen: list[str] = []
+    zips = tmp_path / "zips"
+    zips.mkdir()
+    (zips / "old.zip").touch()
+    (tmp_path / "blender_manifest.toml").write_text('platforms = ["a"]\nwheels = ["b"]\n')
+    for name, fake in {
+        "ROOT": tmp_path, "blender_ext": blender_ext, "fetch": list, "_local_wheels": lambda tag: ("linux-x64", []),
+    }.items():  # fmt: skip
+        monkeypatch.setattr(tool, name, fake)
+    monkeypatch.setattr(sys, "argv", ["build_extension.py", "--python", "3.13", "--output-dir", str(zips)])
+    tool.main()
+    assert seen == ["blender_manifest.toml", "wheels", "zips"]
+    assert sorted(path.name for path in zips.iterdir()) == ["new-py3.13.zip", "old.zip"]
+
+
 def differences(before: Any, after: Any, path: str = "") -> list[str]:
     """Where two JSON values differ, leaf by leaf."""
     if isinstance(before, dict) and isinstance(after, dict) and before.keys() == after.keys():

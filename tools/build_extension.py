@@ -29,7 +29,7 @@ PLATFORMS = {
 }
 # Blender's Pythons: how a zip for it is named, and the first Blender that has it, and the first that has it no longer.
 BLENDERS = {"cp311": ("blender4.5", "4.5.0", "5.1.0"), "cp313": ("blender5.1", "5.1.0", "")}
-NOT_SOURCE = shutil.ignore_patterns(".*", "__pycache__", "wheels", "build", "dist", "demo")
+NOT_SOURCE = shutil.ignore_patterns(".*", "__pycache__", "wheels", "build", "dist", "demo", "*.zip")
 
 
 def blender_ext(*arguments: str | Path) -> None:
@@ -67,8 +67,9 @@ def build_for(version: str, output: Path) -> None:
 
 
 def _build(wheels: list[str], changes: dict[str, str], output: Path, *options: str) -> None:
-    """Build with these wheels only, and with other values of some fields of the manifest."""
-    with tempfile.TemporaryDirectory(dir=output) as folder:
+    """Build with these wheels only, and with other values of some fields of the manifest. Not below `output`: that may
+    lie among the sources, and a copy of them would hold itself."""
+    with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "source"
         shutil.copytree(ROOT, source, ignore=NOT_SOURCE)
         (source / "wheels").mkdir()
@@ -106,7 +107,7 @@ def main() -> None:
     parser.add_argument("--output-dir", type=Path, default=ROOT / "dist")
     options = parser.parse_args()
     options.output_dir.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=options.output_dir) as folder:
+    with tempfile.TemporaryDirectory(dir=options.output_dir, prefix=".") as folder:
         if options.python:
             build_for(options.python, Path(folder))
         else:
