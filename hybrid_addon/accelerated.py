@@ -32,7 +32,8 @@ class Twins:
 
     reference : the numpy function.   kernel : what calls run instead, or None.   compiled : the kernel once loaded, in
     use or not.   written : positions of the arrays that both write to; of others a kernel may be given copies.
-    tables : positions of the arrays that are not of one column for each ray: all others are of the same length.
+    tables : positions of the arrays that are not of one column for each ray: all others are of the same length, and
+    those of two axes (3, n).   of_rows : positions of arrays (k, n) that may have any number of rows.
     unmatched : types of arguments for which there is no kernel.
     """
 
@@ -42,6 +43,7 @@ class Twins:
         self.compiled: Callable[..., Any] | None = None
         self.written: tuple[int, ...] = ()
         self.tables: tuple[int, ...] = ()
+        self.of_rows: tuple[int, ...] = ()
         self.unmatched: set[tuple[Any, ...]] = set()
 
     def run(self, kernel: Callable[..., Any], args: tuple[Any, ...]) -> Any:
@@ -63,7 +65,7 @@ class Twins:
 
     def _ready(self, args: tuple[Any, ...]) -> list[Any] | None:
         """The arguments as a kernel takes them; None: it is not for these. It would read beyond an array that numpy
-        would repeat for all columns of another."""
+        would repeat for all columns, or rows, of another."""
         if self.unmatched and _types(args) in self.unmatched:
             return None
         ready, n = [], -1
@@ -73,6 +75,8 @@ class Twins:
                     if n < 0:
                         n = a.shape[-1]
                     elif a.shape[-1] != n:
+                        return None
+                    if a.ndim == 2 and len(a) != 3 and i not in self.of_rows:
                         return None
                 if not a.flags.c_contiguous:
                     if i in self.written:
@@ -85,9 +89,8 @@ class Twins:
 ALL: dict[str, Twins] = {}
 """Every marked function that has been imported, by its name within the package (`tracer.geometry.aggregate.refine`)."""
 
-_early: dict[
-    str, tuple[Callable[..., Any], tuple[int, ...], tuple[int, ...]]
-] = {}  # kernels whose function is not imported yet
+_early: dict[str, tuple[Any, ...]] = {}  # kernels whose function is not imported yet
+_wanted = True  # kernels are to run
 _failed: dict[str, str] = {}
 _warned: list[str] = []
 
@@ -102,30 +105,44 @@ def accelerated(function: F) -> F:
         kernel = twins.kernel
         return function(*args) if kernel is None else twins.run(kernel, args)
 
-    if name in _early:
-        provide(name, *_early.pop(name))
+    _join(name)
     return cast(F, run)
 
 
-def provide(name: str, kernel: Callable[..., Any], written: tuple[int, ...] = (), tables: tuple[int, ...] = ()) -> None:
-    """From now on the function of this name runs `kernel`; written, tables: see `Twins`."""
+def provide(
+    name: str,
+    kernel: Callable[..., Any],
+    written: tuple[int, ...] = (),
+    tables: tuple[int, ...] = (),
+    of_rows: tuple[int, ...] = (),
+) -> None:
+    """From now on the function of this name runs `kernel`; written, tables, of_rows: see `Twins`."""
+    _early[name] = kernel, written, tables, of_rows
+    _join(name)
+
+
+def _join(name: str) -> None:
+    """Give a function its kernel, if both are there. Whoever notes his own first and then comes here needs no lock,
+    which a forked process might find held: only one gets what `pop` returns."""
     twins = ALL.get(name)
-    if twins is None:
-        _early[name] = kernel, written, tables
-        return
-    twins.written, twins.tables = written, tables
-    twins.kernel = twins.compiled = kernel
+    early = None if twins is None else _early.pop(name, None)
+    if twins is not None and early is not None:
+        kernel, twins.written, twins.tables, twins.of_rows = early
+        twins.compiled = kernel
+        twins.kernel = kernel if _wanted else None
 
 
 def use(wanted: bool) -> None:
-    """Run the kernels that are loaded, or numpy only: to compare the two."""
-    for twins in ALL.values():
+    """Run the kernels, those that are loaded later too, or numpy only: to compare the two."""
+    global _wanted
+    _wanted = wanted
+    for twins in list(ALL.values()):
         twins.kernel = twins.compiled if wanted else None
 
 
 def in_use() -> list[str]:
     """Names of the functions whose kernels run."""
-    return sorted(name for name, twins in ALL.items() if twins.kernel is not None)
+    return sorted(name for name, twins in list(ALL.items()) if twins.kernel is not None)
 
 
 def report_failure(name: str, error: BaseException) -> None:

@@ -14,7 +14,8 @@ Rules, which make the bits those of numpy:
 * minimum, maximum, clip: numpy's hand NaN on, Python's `min` and `max` do not: `least` and `largest` below do.
 * Arrays of arguments lie row by row and are not written to, but for those that a type says so of: `written(f8[2])`.
   Helpers take numbers, not arrays, which would be counted as referred to for each call.
-* Arrays are as long as one another but for those that `tables` names: their last axis is one column for each ray.
+* Arrays are as long as one another but for those that `tables` names: their last axis is one column for each ray. Those
+  of two axes are (3, n) but for those that `of_rows` names.
 * Nothing but the arguments is read or written, no lock is held, no thread started: any number of threads, or of forked
   processes, run a kernel at once.
 
@@ -65,12 +66,13 @@ def written(array: Any) -> Any:
 class Kernel(NamedTuple):
     """A kernel as it was declared. of: the numpy function's name (see `accelerated`); signatures: types of arguments,
     one tuple for each combination that it is compiled for. tables: positions of the arrays that are not of one column
-    for each ray."""
+    for each ray. of_rows: positions of arrays (k, n) that may have any number of rows."""
 
     of: str
     function: Callable[..., Any]
     signatures: list[tuple[Any, ...]]
     tables: tuple[int, ...] = ()
+    of_rows: tuple[int, ...] = ()
 
     @property
     def written(self) -> tuple[int, ...]:
@@ -82,15 +84,19 @@ DECLARED: list[Kernel] = []
 """All kernels of the modules that have been imported."""
 
 
-def kernel(of: str, signatures: Sequence[tuple[Any, ...]], tables: tuple[int, ...] = ()) -> Callable[[F], F]:
+def kernel(
+    of: str, signatures: Sequence[tuple[Any, ...]], tables: tuple[int, ...] = (), of_rows: tuple[int, ...] = ()
+) -> Callable[[F], F]:
     """Declare a function as the twin of the numpy function `of`, compiled for these types of arguments.
 
-    tables : positions of arrays that are not of one column for each ray. All others are as long as one another: where
-             they are not (numpy would repeat a single column), numpy does the work.
+    tables  : positions of arrays that are not of one column for each ray. All others are as long as one another: where
+              they are not (numpy would repeat a single column), numpy does the work.
+    of_rows : positions of arrays (k, n) of any number of rows, which the kernel asks for. All others of two axes are
+              (3, n): where they are not, numpy does the work.
     """
 
     def declare(function: F) -> F:
-        DECLARED.append(Kernel(of, function, list(signatures), tables))
+        DECLARED.append(Kernel(of, function, list(signatures), tables, of_rows))
         return function
 
     return declare

@@ -10,17 +10,20 @@ HYBRID_KERNELS=0 in the environment switches all of it off. Each kernel is in us
 compiled is found again by what it is made of (its code, its helpers, its constants; numba adds its own version and the
 processor), so an update of the add-on compiles only what it changes. A cache folder that cannot be written costs time.
 
-A process may end at any moment: its end waits for the kernel in work (a second or two), not for the others.
+A process may end at any moment: its end waits for the kernel in work (a second or two, PARTING at most), not for the
+others. Who needs some at once (`load`) waits for the one in work, and then has his own before all others.
 """
 
 from __future__ import annotations
 
 import atexit
+import contextlib
 import hashlib
 import importlib
 import importlib.util
 import os
 import pkgutil
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -41,11 +44,16 @@ NOT_KERNELS = ("declare", "loading")
 
 STATES = ("off", "no numba", "not begun", "loading", "ready", "stopped")
 """off: switched off. no numba: none can be imported. not begun: nothing asked for kernels yet. stopped: the process
-ends."""
+ends. ready: nothing is in work; where only some kernels were asked for, the others are not there."""
 
-_lock = threading.Lock()
+PARTING = 5.0
+"""Seconds that the end of a process waits at most for the kernel in work: LLVM should not be cut off."""
+
+_lock, _declaring = threading.Lock(), threading.Lock()
 _stop, _wake = threading.Event(), threading.Event()
-_loaded = threading.Lock()  # held while kernels are compiled, by one thread at a time
+_turn = threading.Condition()  # of what follows
+_at_work: list[bool] = []  # of each thread that loads kernels: whether somebody waits for it
+_begun: set[str] = set()
 _folder: list[Path] = []
 _thread: list[threading.Thread] = []
 _done: set[str] = set()
@@ -107,63 +115,94 @@ def begin(after: float = 0.0) -> None:
 
 
 def stop() -> None:
-    """Begin no more kernels, and wait for the one in work."""
+    """Begin no more kernels, and wait for the one in work, but not for long."""
     _stop.set()
     _wake.set()
+    with _turn:
+        _turn.notify_all()
     for thread in _thread:
-        thread.join()
+        thread.join(PARTING)
 
 
 def load(names: set[str] | None = None) -> dict[str, Any]:
-    """Load all kernels now, or those of these functions, and return the status."""
+    """Load all kernels now, or those of these functions before all others, and return the status."""
     if not is_off():
-        _load(names)
+        _load(names, urgent=True)
     return status()
 
 
 def _wait_and_load(after: float) -> None:
     _wake.wait(after)
     try:
-        _load(None)
+        _load(None, urgent=False)
     except Exception as error:  # a thread has nobody to raise it to
-        accelerated.report_failure("loading", error)
+        _report("loading", error)
 
 
-def _load(names: set[str] | None) -> None:
-    with _loaded:
-        try:
-            _known["numba"] = importlib.import_module("numba").__version__
-        except Exception:  # there is none, or it refuses this numpy
-            _known["state"] = "no numba"
-            return
+def _load(names: set[str] | None, urgent: bool) -> None:
+    """Load those that nobody has begun, one by one, and wait for those that another thread has in work. One that is not
+    urgent lets the urgent go first."""
+    try:
+        _known["numba"] = importlib.import_module("numba").__version__
+    except Exception:  # there is none, or it refuses this numpy
+        _known["state"] = "no numba"
+        return
+    with _turn:
+        _at_work.append(urgent)
+        _known["state"] = "loading"
+    try:
         kernels = _declared()
-        _known.update(state="loading", of=len(kernels))
-        for kernel in kernels:
-            if names is not None and kernel.of not in names:
-                continue
-            if _stop.is_set():
-                _known["state"] = "stopped"
-                return
-            if kernel.of in accelerated.failed() or kernel.of in _done:
-                continue
+        _known["of"] = len(kernels)
+        wanted = [kernel for kernel in kernels if names is None or kernel.of in names]
+        for kernel in wanted:
+            with _turn:
+                _turn.wait_for(lambda: urgent or True not in _at_work or _stop.is_set())
+                if _stop.is_set():
+                    return
+                if kernel.of in _begun:
+                    continue
+                _begun.add(kernel.of)
+            _provide(kernel)
+        with _turn:
+            _turn.wait_for(lambda: _done.issuperset(kernel.of for kernel in wanted) or _stop.is_set())
+    finally:
+        with _turn:
+            _at_work.remove(urgent)
+            if not _at_work:
+                _known["state"] = "stopped" if _stop.is_set() else "ready"
+            _turn.notify_all()
+
+
+def _provide(kernel: Any) -> None:
+    try:
+        accelerated.provide(kernel.of, compiled(kernel), kernel.written, kernel.tables, kernel.of_rows)
+    except Exception as error:
+        _report(kernel.of, error)
+    finally:
+        with _turn:
             _done.add(kernel.of)
-            try:
-                accelerated.provide(kernel.of, compiled(kernel), kernel.written, kernel.tables)
-            except Exception as error:
-                accelerated.report_failure(kernel.of, error)
-        if names is None:
-            _known["state"] = "ready"
+            _turn.notify_all()
+
+
+def _report(name: str, error: Exception) -> None:
+    """Note a failure; at the end of a process everything may fail, and nobody needs to know."""
+    if not _stop.is_set():
+        accelerated.report_failure(name, error)
 
 
 def _declared() -> list[Any]:
-    """All kernels of this room."""
+    """All kernels of this room's modules; one that fails takes no other's kernels away."""
     assert __package__ is not None
-    declare = importlib.import_module(".declare", __package__)
-    for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
-        if module.name not in NOT_KERNELS:
-            importlib.import_module(f".{module.name}", __package__)
-    found: list[Any] = declare.DECLARED
-    return found
+    with _declaring:
+        names = [module.name for module in pkgutil.iter_modules([str(Path(__file__).parent)])]
+        for name in ("declare", *(name for name in names if name not in NOT_KERNELS)):
+            try:
+                if name not in accelerated.failed():
+                    importlib.import_module(f".{name}", __package__)
+            except Exception as error:
+                _report(name, error)
+        declare = sys.modules.get(f"{__package__}.declare")
+        return list(declare.DECLARED) if declare is not None else []
 
 
 def compiled(kernel: Any) -> Callable[..., Any]:
@@ -174,13 +213,18 @@ def compiled(kernel: Any) -> Callable[..., Any]:
     dispatcher = numba.njit(**declare.OPTIONS)(kernel.function)
     cache = _cache(kernel.function)
     for signature in kernel.signatures:
+        if _stop.is_set():
+            raise InterruptedError("the process ends")
         if cache is not None:
             dispatcher._cache = cache
         try:
             dispatcher.compile(signature)
-        except OSError:  # the folder cannot be written
-            cache = None
-            dispatcher._cache = numba.core.caching.NullCache()
+        except Exception:
+            if cache is None:
+                raise
+            with contextlib.suppress(OSError):  # the folder cannot be written
+                cache.flush()  # what was kept is damaged
+            cache, dispatcher._cache = None, numba.core.caching.NullCache()
             dispatcher.compile(signature)
     dispatcher.disable_compile()
     for signature in kernel.signatures:  # numba notes how arguments convert in the first call, which takes it 0.1 s
@@ -202,12 +246,13 @@ def _nothing(of: Any) -> Any:
 def _cache(function: Callable[..., Any]) -> Any:
     """numba's own cache of a function, but in our folder, and found by what the function is made of; None: no cache.
 
-    numba's would go by the time of the source file, and its folder is one for all who use numba in this process.
+    numba's would go by the source file alone, and its folder is one for all who use numba in this process.
     """
     try:
         from numba.core import caching
 
         stamp, folder = fingerprint(function), str(cache_folder())
+        version = "{}{}".format(*sys.version_info)
 
         class Locator(caching._CacheLocator):  # type: ignore[misc]
             def get_cache_path(self) -> str:
@@ -217,7 +262,7 @@ def _cache(function: Callable[..., Any]) -> Any:
                 return stamp
 
             def get_disambiguator(self) -> str:
-                return "kernel"
+                return stamp[:16]  # kernels of one name, and versions of one kernel, each have a file of their own
 
             @classmethod
             def from_function(cls, function: Any, file: str) -> Any:
@@ -228,8 +273,15 @@ def _cache(function: Callable[..., Any]) -> Any:
         class Implementation(caching.CompileResultCacheImpl):  # type: ignore[misc]
             _locator_classes = [Locator]  # type: ignore[list-item]
 
+            def get_filename_base(self, fullname: str, abiflags: str) -> str:
+                return f"{function.__name__}-{self.locator.get_disambiguator()}.py{version}{abiflags}"
+
         class Cache(caching.FunctionCache):  # type: ignore[misc]
             _impl_class = Implementation
+
+            def _index_key(self, signature: Any, codegen: Any) -> Any:
+                # numba's own would hash helpers in a closure, which differ from process to process
+                return signature, codegen.magic_tuple(), stamp
 
         return Cache(function)  # type: ignore[no-untyped-call]
     except Exception:  # not to be written, or another numba than the one that we know
@@ -237,8 +289,10 @@ def _cache(function: Callable[..., Any]) -> Any:
 
 
 def fingerprint(function: Callable[..., Any]) -> str:
-    """What the machine code of a function depends on: its code, that of its helpers, and all their constants."""
-    content = hashlib.sha256(f"numpy {np.__version__}".encode())
+    """What the machine code of a function depends on: its code, that of its helpers, all their constants, and how they
+    are compiled."""
+    options = importlib.import_module(".declare", __package__).OPTIONS
+    content = hashlib.sha256(f"numpy {np.__version__} {sorted(options.items())}".encode())
     for part in _parts(function, set()):
         content.update(part)
     return content.hexdigest()
@@ -254,6 +308,7 @@ def _parts(function: Callable[..., Any], seen: set[int]) -> Iterator[bytes]:
     around = zip(code.co_freevars, (cell.cell_contents for cell in function.__closure__ or ()), strict=True)
     for name, value in [*named.items(), *around]:
         if hasattr(value, "py_func"):
+            yield f"{name} {sorted(value.targetoptions.items())}".encode()
             yield from _parts(value.py_func, seen)
         elif isinstance(value, (bool, int, float, str, tuple, np.generic)):
             yield f"{name} {type(value).__name__} {value!r}".encode()

@@ -19,14 +19,21 @@ import numpy as np
 from numba import types
 
 from ..geometry.embree.library import query_addresses
-from .declare import OPTIONS, Array, b1, f4, i4, kernel, written
+from .declare import OPTIONS, Array, F, b1, f4, i4, kernel, written
 
-for _name, _address in query_addresses().items():
+_addresses = query_addresses()
+for _name, _address in _addresses.items():
     llvmlite.binding.add_symbol(_name, _address)
 
 _ADDRESSES: Any = types.void(types.uint64, types.uint64, types.uint64, types.uint64)
 _intersect: Any = types.ExternalFunction("rtcIntersect8", _ADDRESSES)
 _occluded: Any = types.ExternalFunction("rtcOccluded8", _ADDRESSES)
+
+
+def _query(of: str, signatures: list[tuple[Any, ...]]) -> Callable[[F], F]:
+    """Declare a kernel, but where its function of Embree was not found: LLVM ends a process that links without."""
+    return kernel(of, signatures) if _addresses else lambda function: function
+
 
 N = 8
 ROWS, ALIGNED = 21, 64  # Embree wants 32
@@ -67,7 +74,7 @@ def _fill(f: Array, i: Array, valid: Array, origin: Array, direction: Array, fir
     return m
 
 
-@kernel("tracer.geometry.embree.nearest_of", [(types.uint64, f4[2], f4[2], written(i4[2]))])
+@_query("tracer.geometry.embree.nearest_of", [(types.uint64, f4[2], f4[2], written(i4[2]))])
 def nearest_of(scene: Any, origin: Array, direction: Array, found: Array) -> None:
     """See the function of this name."""
     packet, mask = _aligned(ROWS * N * 4), _aligned(N * 4)
@@ -85,7 +92,7 @@ def nearest_of(scene: Any, origin: Array, direction: Array, found: Array) -> Non
             found[2, first + k] = i[IN_ARRAY * N + k]
 
 
-@kernel("tracer.geometry.embree.occluded_of", [(types.uint64, f4[2], f4[2], f4[1], written(b1[1]))])
+@_query("tracer.geometry.embree.occluded_of", [(types.uint64, f4[2], f4[2], f4[1], written(b1[1]))])
 def occluded_of(scene: Any, origin: Array, direction: Array, t_max: Array, blocked: Array) -> None:
     """See the function of this name."""
     packet, mask = _aligned(12 * N * 4), _aligned(N * 4)

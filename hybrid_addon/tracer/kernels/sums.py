@@ -27,7 +27,7 @@ def step(bounces: Any, last: Any) -> Any:
     return min(max(np.int64(bounces), 0), last)
 
 
-@kernel("tracer.film.samples.add_at", [(written(f8[2]), i8[1], f4[2])], tables=(0,))
+@kernel("tracer.film.samples.add_at", [(written(f8[2]), i8[1], f4[2])], tables=(0,), of_rows=(2,))
 def add_at(to: Array, sample: Array, values: Array) -> None:
     """See there."""
     for c in range(len(values)):

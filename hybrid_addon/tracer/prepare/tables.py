@@ -83,8 +83,8 @@ def _apart(scene: Scene, surfaces: SurfaceTable) -> Bools | None:
 
 
 def load_what_finds_instances(scene: Scene) -> None:
-    """Wait for the kernels that ask Embree, a second or two, where a scene gains by instances: spreading them out would
-    take longer. Others need not be there."""
+    """Wait for the kernels that ask Embree, where a scene gains by instances: spreading them out would take longer.
+    They come before all others: a second or two, and what the one in work still needs."""
     if not has_kernels() and saved_by_instancing(scene):
         loading.load(QUERIES)
 

@@ -73,10 +73,12 @@ def test_arrays_may_lie_in_memory_as_they_like(loaded, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_column_that_numpy_would_repeat_is_work_for_numpy(loaded, name: str) -> None:
+def test_a_column_or_row_that_numpy_would_repeat_is_work_for_numpy(loaded, name: str) -> None:
     """A kernel would read on behind it."""
     args, twins = INPUTS[name](Source(np.random.default_rng(10), 9)), accelerated.ALL[name]
     for i, a in enumerate(args):
+        if isinstance(a, np.ndarray) and a.ndim == 2 and i not in (*twins.tables, *twins.of_rows):
+            assert twins._ready((*args[:i], a[:1], *args[i + 1 :])) is None
         if isinstance(a, np.ndarray) and a.ndim and i not in twins.tables:
             one = (*args[:i], a[..., :1], *args[i + 1 :])
             assert twins._ready(one) is None or sum(isinstance(b, np.ndarray) for b in args) - len(twins.tables) == 1
@@ -107,7 +109,7 @@ def test_the_comparison_finds_one_wrong_bit(loaded) -> None:
 
     def wrong(*args: Any) -> Any:
         first, *rest = right(*args)
-        first[30] = np.nextafter(first[30], 9)
+        first[30] = np.nextafter(first[30], np.float32(9))
         return first, *rest
 
     twins.compiled = wrong

@@ -8,6 +8,7 @@ visits the whole tree (600 times slower): such rays are masked out and counted b
 from __future__ import annotations
 
 import copy
+import os
 import threading
 from collections.abc import Sequence
 from functools import cached_property
@@ -81,11 +82,15 @@ class OwnScene:
         self._triangles, self._lock = (vertices, triangles), threading.Lock()
         self.scene = Triangles(vertices, triangles)
         self.address = np.uint64(self.scene.address)
+        self._process = os.getpid()
         _own[self.scene.address] = self
 
     @cached_property
     def embreex(self) -> EmbreexScene:
-        """embreex' scene, built when first asked for."""
+        """embreex' scene, built when first asked for, but not in a forked process, which lacks the threads that build
+        it: a task that fails there is done again here."""
+        if os.getpid() != self._process:
+            raise RuntimeError("a forked process builds no trees")
         with self._lock:
             return EmbreexScene(*self._triangles)
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import ctypes
 import platform
+import threading
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -89,18 +90,28 @@ def library() -> ctypes.CDLL | None:
 
 
 def query_addresses() -> dict[str, int]:
-    """The addresses of its queries by name; none without the library."""
+    """The addresses of its queries by name; none without the library, or where it lacks one of them."""
     embree = library()
-    if embree is None:
+    try:
+        return {name: ctypes.cast(getattr(embree, name), ctypes.c_void_p).value or 0 for name in QUERIES}
+    except AttributeError:
         return {}
-    return {name: ctypes.cast(getattr(embree, name), ctypes.c_void_p).value or 0 for name in QUERIES}
 
 
 @cache
-def _device() -> tuple[ctypes.CDLL, int]:
+def _made() -> tuple[ctypes.CDLL, int]:
     embree = library()
     assert embree is not None
     return embree, embree.rtcNewDevice(None)
+
+
+_making = threading.Lock()
+
+
+def _device() -> tuple[ctypes.CDLL, int]:
+    """The library, and its one device: threads that ask at once do not make two."""
+    with _making:
+        return _made()
 
 
 class _Scene:
