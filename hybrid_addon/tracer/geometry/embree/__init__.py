@@ -72,6 +72,20 @@ def has_kernels() -> bool:
     return all(ALL[name].kernel is not None for name in QUERIES)
 
 
+def _nearest(scene: np.uint64, origin: Float32, direction: Float32) -> Int32:
+    """(3, n), see `nearest_of`."""
+    found = np.empty((3, origin.shape[1]), np.int32)
+    nearest_of(scene, origin, direction, found)
+    return found
+
+
+def _occluded(scene: np.uint64, origin: Float32, direction: Float32, t_max: Float32) -> NDArray[np.bool_]:
+    """(n,), see `occluded_of`."""
+    blocked = np.empty(origin.shape[1], bool)
+    occluded_of(scene, origin, direction, t_max, blocked)
+    return blocked
+
+
 class OwnScene:
     """A tree over triangles (nt, 3) int32 of finite vertices (nv, 3) float32: our own scene, asked by kernels.
 
@@ -96,16 +110,12 @@ class OwnScene:
 
     def nearest(self, origin: Float32, direction: Float32) -> Int32:
         """The triangle (n,) that each ray (3, n) meets first, -1 for none."""
-        found = np.empty((3, origin.shape[1]), np.int32)
-        nearest_of(self.address, origin, direction, found)
-        triangle: Int32 = found[0]
+        triangle: Int32 = _nearest(self.address, origin, direction)[0]
         return triangle
 
     def occluded(self, origin: Float32, direction: Float32, t_max: Float32) -> NDArray[np.bool_]:
         """Whether (n,) anything lies on each ray up to t_max (n,)."""
-        blocked = np.empty(origin.shape[1], bool)
-        occluded_of(self.address, origin, direction, t_max, blocked)
-        return blocked
+        return _occluded(self.address, origin, direction, t_max)
 
 
 class InstanceScene:
@@ -117,15 +127,11 @@ class InstanceScene:
 
     def nearest(self, origin: Float32, direction: Float32) -> Int32:
         """Triangle, group and number in the group (3, n) of what each ray (3, n) meets first, -1 for none."""
-        found = np.empty((3, origin.shape[1]), np.int32)
-        nearest_of(self._address, origin, direction, found)
-        return found
+        return _nearest(self._address, origin, direction)
 
     def occluded(self, origin: Float32, direction: Float32, t_max: Float32) -> NDArray[np.bool_]:
         """Whether (n,) anything lies on each ray up to t_max (n,)."""
-        blocked = np.empty(origin.shape[1], bool)
-        occluded_of(self._address, origin, direction, t_max, blocked)
-        return blocked
+        return _occluded(self._address, origin, direction, t_max)
 
 
 class TriangleScene:
