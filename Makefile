@@ -46,6 +46,9 @@ bench: venv  ## Measure the cost: build/bench/bench.md and .json, docs/benchmark
 first-picture: venv  ## EEVEE, Hybrid at its defaults and Cycles on 15 scenes: build/first_picture, docs/benchmarks.md
 	$(RUN) -m tools.first_picture --page docs/benchmarks.md $(ARGS)
 
+fronts: venv  ## Presets on the front of error against run time, sample scenes: build/fronts, docs/benchmarks.md
+	$(RUN) -m tools.fronts --page docs/benchmarks.md $(ARGS)
+
 materials: venv  ## Forty materials by EEVEE, Hybrid and Cycles: sheets and a table in build/materials (ARGS="--only 2")
 	$(RUN) -m tools.material_library $(ARGS)
 
@@ -80,4 +83,4 @@ clean:  ## Remove what was built and rendered (not $(VENV))
 	rm -rf build dist wheels demo .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find hybrid_addon tests tools -name __pycache__ -prune -exec rm -rf {} +
 
-.PHONY: help demo test test-real pictures pages docs stability bench first-picture materials assets lint format extension extension-local wheels venv clean
+.PHONY: help demo test test-real pictures pages docs stability bench first-picture fronts materials assets lint format extension extension-local wheels venv clean

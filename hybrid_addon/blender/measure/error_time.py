@@ -25,6 +25,7 @@ from ...measure.error_time.renders import Axes, Renders
 from ...measure.error_time.sweep import Point, Say, combinations, expected, knobs, measure, promising
 from ...presets import Quality
 from ...scene import Film, Float32, Settings
+from ...tracer.kernels import loading
 from .. import api, files, scan
 from ..errors import HybridError
 from ..pipeline import scene_setup
@@ -72,6 +73,7 @@ def write(
     say: Say,
 ) -> Path:
     """Measure, and write report.html and report.json into the folder; returns the page. The open file is changed."""
+    loading.load()  # all kernels, so that the last setting is not timed with more of them than the first
     budget = Budget(60 * minutes)
     until = budget.begin("reference")
     ready, left_out = _ready(scene, axes, mode, resolution, until, say)
@@ -159,8 +161,10 @@ def _ready(
         size = _shrunk(size, max((left - again) / whole, least))
     if not axes.patient and not found.pilot.finished and 2 * found.pilot.each > left:
         each = found.pilot.each / 60
-        raise HybridError(f"one sample of the reference takes about {each:.2g} minutes: raise --minutes, or lower "
-                          "--resolution or --max-depth")  # fmt: skip
+        what = f"one sample of the reference takes about {each:.2g} minutes"
+        if left <= 0:
+            what = f"EEVEE's half, the scene and its first samples took {again / 60:.2g} minutes"
+        raise HybridError(f"{what}: raise --minutes, or lower --resolution or --max-depth")
     if size == wanted_workers:
         return found, []
     why = f"a reference of {ENOUGH} samples has no time there: {size[0]} x {size[1]} instead"

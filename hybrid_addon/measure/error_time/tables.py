@@ -58,7 +58,7 @@ def presets(report: Report) -> str:
     rows = []
     for found in report["presets"]:
         for metric, verdict in found["by"].items():
-            by = "" if verdict["beaten_by"] is None else _name(report["points"][verdict["beaten_by"]])
+            by = "" if verdict["beaten_by"] is None else name(report["points"][verdict["beaten_by"]])
             rows.append((found["preset"], ERRORS[metric], verdict["verdict"], by))
     return table(("preset", "by", "verdict", "what beats it"), rows)
 
@@ -69,7 +69,7 @@ def regions(report: Report) -> str:
     named = {i: p["preset"] for i, p in enumerate(points) if p["preset"]}
     rows = _by_region("the reference's own noise", floor)
     for i in sorted({*report["pareto"], *named}, key=lambda i: points[i]["seconds"]):
-        rows += _by_region(f"{named[i]}: {_name(points[i])}" if i in named else _name(points[i]), points[i])
+        rows += _by_region(f"{named[i]}: {name(points[i])}" if i in named else name(points[i]), points[i])
     return table(("setting", "region", "pixels", *ERRORS.values()), rows)
 
 
@@ -116,7 +116,7 @@ def checks(report: Report) -> str:
         audit = p["sampling"].get("audit")
         if audit:
             part = (audit["left_alone"], audit["pixels"], audit["beyond"], audit["beyond_share_upper_95"])
-            audits.append((_name(p), p["sampling"]["samples_mean"], *part, audit["error_mean"], audit["error_max"]))
+            audits.append((name(p), p["sampling"]["samples_mean"], *part, audit["error_mean"], audit["error_max"]))
     head = ("adaptive sampling", "samples a pixel", "pixels left alone", "of these checked", "beyond the contrast",
             "at most so many are, 95 %", "mean error", "largest")  # fmt: skip
     return counters + ("<p></p>" + table(head, audits) if audits else "<p>No pixels were left alone.</p>")
@@ -164,7 +164,8 @@ def _errors(point: Report) -> Cells:
     return tuple(point["error"]["all"][name] for name in JUDGED)
 
 
-def _name(point: Report) -> str:
+def name(point: Report) -> str:
+    """A point's settings in words."""
     return describe(Quality(**point["settings"]))
 
 

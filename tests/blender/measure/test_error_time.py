@@ -11,6 +11,8 @@ import pytest
 
 import hybrid_addon as hybrid
 from hybrid_addon.blender import cli
+from hybrid_addon.measure.error_time import tables
+from tools import fronts
 
 pytestmark = pytest.mark.blender
 
@@ -55,6 +57,18 @@ def test_points_hold_what_they_cost_and_how_wrong_they_are(report):
     assert report["pareto"]
     fit = report["slopes"]["aa_all"]["fit"]
     assert fit < -0.4 if len(by_samples) > 2 else fit is None  # how many points there are hangs on the time they take
+
+
+def test_a_table_of_presets_says_what_beats_each(report):
+    lines = fronts.table({"cube": report}).splitlines()
+    rows = {cells[2]: cells for cells in ([c.strip() for c in line.split("|")[1:-1]] for line in lines[4:])}
+    assert set(rows) == {"Draft", "Final", "Reference"}
+    for preset in report["presets"]:
+        by = preset["by"]["rmse_shown"]
+        point, beaten_by = report["points"][preset["point"]], by["beaten_by"]
+        assert rows[preset["preset"]][4] == tables.cell(point["error"]["all"]["rmse_shown"])
+        assert by["verdict"] in rows[preset["preset"]][6]
+        assert (beaten_by is None) == ("(" not in rows[preset["preset"]][6])
 
 
 def test_the_report_says_what_it_was_made_with_and_what_it_checked(report):
