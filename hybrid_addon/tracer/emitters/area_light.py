@@ -12,7 +12,7 @@ from ...scene import AreaLight, Float32, Float64
 from ..core.constants import FAR_AREA_RATIO
 from ..core.sampler import disk
 from ..core.vectors import Array, count, dot, orthonormal_basis, select, take
-from .form_factors import ellipse_form_factor, form_factor
+from .form_factors import ellipse_form_factor, form_factor_above, form_factor_float32
 from .light import Bools, Illumination, Lobe, UnitSquare, register
 from .located import LocatedLight, range_window
 
@@ -98,7 +98,8 @@ class CompiledAreaLight(LocatedLight):
         """(n,) of half edges or half axes u, v (3,), seen from points `toward` (3, n) before them."""
         if not self.is_round:
             corners = [(su * u + sv * v).astype(np.float32)[:, None] for su, sv in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-            return form_factor([toward + corner for corner in corners], normal)
+            a, b, c, d = (toward + corner for corner in corners)
+            return form_factor_float32(a, b, c, d, normal)
         frame = (*orthonormal_basis(normal), normal)
         center, *axes = (
             np.stack([dot(axis, a.astype(axis.dtype)) for axis in frame]).astype(np.float64)
@@ -121,8 +122,7 @@ class CompiledAreaLight(LocatedLight):
         u, v = (lobe.untransformed(np.broadcast_to(a, toward.shape)) for a in (u, v))
         if self.is_round:
             return ellipse_form_factor(center, u, v) * ~behind, radius
-        corners = [center - u - v, center + u - v, center + u + v, center - u + v]
-        return form_factor(corners, np.array([[0.0], [0.0], [1.0]])) * ~behind, radius
+        return form_factor_above(center, u, v) * ~behind, radius
 
     def met_by(self, origin: Float32, direction: Float64) -> tuple[Bools, Float64]:
         """Rays against the way it shines."""

@@ -9,10 +9,24 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...accelerated import accelerated
 from ...procedural import elementary
-from ...scene import Float64
+from ...scene import Float32, Float64
 from ..core.constants import LEAST_COSINE
 from ..core.vectors import Array, cross, dot, flatnonzero
+
+
+@accelerated
+def form_factor_float32(a: Float32, b: Float32, c: Float32, d: Float32, normal: Float32) -> Float32:
+    """`form_factor` of corners a, b, c, d (3, n)."""
+    return form_factor([a, b, c, d], normal)
+
+
+@accelerated
+def form_factor_above(center: Float64, u: Float64, v: Float64) -> Float64:
+    """`form_factor` (n,) of parallelograms with half edges u, v (3, n), for the normal +Z."""
+    corners = [center - u - v, center + u - v, center + u + v, center - u + v]
+    return form_factor(corners, np.array([[0.0], [0.0], [1.0]]))
 
 
 def form_factor(corners: list[Array], normal: Array) -> Array:
@@ -52,6 +66,7 @@ def _edge_term(a: Array, b: Array, normal: Array) -> Array:
     return angle * dot(c, normal) / np.where(length > 0, length, np.float32(1))
 
 
+@accelerated
 def ellipse_form_factor(center: Float64, u: Float64, v: Float64) -> Float64:
     """Irradiance over pi radiance (n,), of the normal +Z, from ellipses with conjugate half axes u, v (3, n).
 

@@ -20,6 +20,7 @@ from typing import ClassVar, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...accelerated import accelerated
 from ...scene import Float32, Float64, Light
 from ..core.constants import LTC_FADE
 from ..core.vectors import Array, dot, flatnonzero, normalize, take
@@ -269,7 +270,7 @@ class CompiledLight(ABC):
             lobe, toward, d2 = lobe.take(some), take(toward, some), take(d2, some)
             point, n_geometric = take(point, some), take(n_geometric, some)
         seen, radius = self.lobe_share(lobe, toward, d2)
-        seen = seen * _above_horizon(toward, d2, radius, n_geometric)
+        seen = seen * above_horizon(toward, d2, np.broadcast_to(radius, d2.shape), n_geometric)
         result = np.zeros(len(least_distance), np.float32)
         result[some] = self.fade(seen, point, d2)
         return result
@@ -292,7 +293,8 @@ class CompiledLight(ABC):
             self.require(value >= 0, f"{name} must not be negative, got {value}")
 
 
-def _above_horizon(toward: Float64, d2: Float64, radius: Array, n: Float32) -> Float64:
+@accelerated
+def above_horizon(toward: Float64, d2: Float64, radius: Array, n: Float32) -> Float64:
     """EEVEE's fading (n,) of lights that are below the horizon of a surface, where lobes leak: 1 until their upper end
     is there, 0 from LTC_FADE further (light_attenuation_facing in eevee_light_lib)."""
     d = np.sqrt(d2)

@@ -21,7 +21,7 @@ from ..prepare.compiled import CompiledScene
 from .interaction import Interaction
 from .ltc import BrushedLobe, LampLobe, Lobe, ggx_lobe
 from .occlusion import open_share
-from .scattering import above, half_way, mirrored, phong, schlick
+from .scattering import above, mirrored, phong_light
 from .shadows import NOTHING, TOGETHER, Origins, visible_shares
 
 PI, INVERSE_PI = np.float32(np.pi), np.float32(1 / np.pi)
@@ -242,9 +242,7 @@ def _add_phong(hit: Interaction, lit: Illumination, light: CompiledLight, arrivi
     index = select(shines)
     if count(index, len(shines)) == 0:
         return
-    cos_i, cos_o = take(lit.cosine, index), take(cos_o, index)
-    sin2_h, wo_h = half_way(take(lit.wi, index), take(wo, index), take(hit.n_shading, index))
-    lobe = phong(sin2_h, cos_i, cos_o, wo_h, hit.value("exponent", index))
-    color = schlick(hit.value("specular", index), wo_h) * lobe
-    color *= take(lit.specular, index) * np.float32(light.light.specular)
-    add(arriving, index, color)
+    strength = take(lit.specular, index) * np.float32(light.light.specular)
+    surface = hit.value("exponent", index), hit.value("specular", index)
+    way = take(lit.wi, index), take(wo, index), take(hit.n_shading, index), take(lit.cosine, index), take(cos_o, index)
+    add(arriving, index, phong_light(*way, *surface, strength))

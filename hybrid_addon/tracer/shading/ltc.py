@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ...accelerated import accelerated
 from ...procedural import elementary
 from ...scene import Float32, Float64
 from ..core.constants import LEAST_COSINE
@@ -44,20 +45,17 @@ def _table() -> Float64:
 class Lobe:
     """GGX lobes of n hits, as clamped cosines around the axis `z` of a frame, stretched by m11, m22, m13.
 
-    x, y, z : (3, n) float64 unit vectors.   m11, m22, m13 : (n,) float64.
+    x, y, z : (3, n) float64 unit vectors.   stretch : (3, n) float64, m11, m22 and m13.
     """
 
     x: Float64
     y: Float64
     z: Float64
-    m11: Float64
-    m22: Float64
-    m13: Float64
+    stretch: Float64
 
     def untransformed(self, a: Float64) -> Float64:
         """Vectors (3, n) where the lobe is a cosine around +Z."""
-        z = dot(self.z, a)
-        return np.stack([(dot(self.x, a) - self.m13 * z) / self.m11, dot(self.y, a) / self.m22, z])
+        return untransformed(self.x, self.y, self.z, self.stretch, a)
 
     def reaches(self, toward: Float64, size: Array | float) -> Bools:
         """See `emitters.light.Lobe`."""
@@ -65,8 +63,15 @@ class Lobe:
 
     def take(self, index: Numbers) -> Lobe:
         """Those of the hits `index`."""
-        x, y, z = (take(axis, index) for axis in (self.x, self.y, self.z))
-        return Lobe(x, y, z, take(self.m11, index), take(self.m22, index), take(self.m13, index))
+        return Lobe(*(take(part, index) for part in (self.x, self.y, self.z, self.stretch)))
+
+
+@accelerated
+def untransformed(x: Float64, y: Float64, z: Float64, stretch: Float64, a: Float64) -> Float64:
+    """Vectors a (3, n) where lobes (see `Lobe`) are cosines around +Z."""
+    m11, m22, m13 = stretch
+    up = dot(z, a)
+    return np.stack([(dot(x, a) - m13 * up) / m11, dot(y, a) / m22, up])
 
 
 LEAST_RISE = 0.05
@@ -161,6 +166,14 @@ class BrushedLobe:
 
 def ggx_lobe(wo: Float32, n: Float32, roughness: Float32) -> Lobe:
     """Lobes of surfaces of normals n (3, n) and a roughness (n,) > 0, seen along wo (3, n); from below as edge on."""
+    return Lobe(*lobe_frames(wo, n, roughness, _table()))
+
+
+@accelerated
+def lobe_frames(
+    wo: Float32, n: Float32, roughness: Float32, table: Float64
+) -> tuple[Float64, Float64, Float64, Float64]:
+    """x, y, z and stretch of `ggx_lobe`. table: see `_table`."""
     normal, eye = n.astype(np.float64), wo.astype(np.float64)
     cos = np.clip(dot(normal, eye), LEAST_COSINE, 1)
     across = eye - normal * dot(normal, eye)
@@ -168,16 +181,16 @@ def ggx_lobe(wo: Float32, n: Float32, roughness: Float32) -> Lobe:
     any_tangent, _ = orthonormal_basis(normal)
     tangent = np.where(sin > LEAST_COSINE, across / np.maximum(sin, LEAST_COSINE), any_tangent)
     alpha = roughness.astype(np.float64) ** 2
-    tilt, m11, m22, m13 = _look_up(cos, roughness) * alpha
+    tilt, *stretch = _look_up(cos, roughness, table) * alpha
     # From the mirror's direction, which is as far from the normal as the eye, on the other side.
     angle = elementary.arctan2(sin, cos) + tilt
     sin, cos = elementary.sincos(angle)
-    return Lobe(-cos * tangent - sin * normal, cross(normal, tangent), cos * normal - sin * tangent, m11, m22, m13)
+    x, z = -cos * tangent - sin * normal, cos * normal - sin * tangent
+    return x, cross(normal, tangent), z, np.stack(stretch)
 
 
-def _look_up(cos: Float64, roughness: Float32) -> Float64:
+def _look_up(cos: Float64, roughness: Float32, table: Float64) -> Float64:
     """(4, n) of the table, bilinear."""
-    table = _table()
     last = table.shape[1] - 1
     x, y = np.sqrt(1 - cos) * last, np.clip(roughness, 0, 1).astype(np.float64) * last
     i, j = np.minimum(x.astype(np.intp), last - 1), np.minimum(y.astype(np.intp), last - 1)

@@ -207,6 +207,19 @@ def phong(sin2_h: Float32, cos_i: Float32, cos_o: Float32, wo_h: Float32, expone
     return np.asarray(d * np.float32(0.25) * visible, np.float32)
 
 
+@accelerated
+def phong_light(
+    wi: Float32, wo: Float32, n: Float32, cos_i: Float32, cos_o: Float32, exponent: Float32, f0: Float32, light: Float32
+) -> Float32:
+    """What Phong's highlight sends along wo (3, n) of light (n,) from wi (3, n): (3, n).
+
+    n : (3, n).   cos_i, cos_o : (n,) > 0, of wi and wo with it.   exponent : (n,).   f0 : (3, n).
+    """
+    sin2_h, wo_h = half_way(wi, wo, n)
+    lobe = phong(sin2_h, cos_i, cos_o, wo_h, exponent)
+    return np.asarray(schlick(f0, wo_h) * lobe * light, np.float32)
+
+
 def schlick(f0: Float32, cos: Float32) -> Float32:
     """Schlick's 1994 Fresnel for a coloured reflectance at normal incidence: (3, n)."""
     m = np.clip(1 - cos, 0, 1)

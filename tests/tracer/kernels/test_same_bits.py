@@ -16,7 +16,7 @@ import hybrid_addon.tracer.render  # noqa: F401  all marked functions
 from hybrid_addon import accelerated
 from hybrid_addon.tracer.kernels import declare, loading
 
-from . import inputs_of_images  # noqa: F401
+from . import inputs_of_highlights, inputs_of_images  # noqa: F401
 from .inputs import INPUTS, MEANINGLESS, Source
 
 loading._declared()
