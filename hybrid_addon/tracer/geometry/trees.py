@@ -20,6 +20,7 @@ from .instanced import Instanced
 from .shapes import plane_distance
 
 Bools = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
 
 
 class TwoTrees:
@@ -76,7 +77,9 @@ class InstanceTree:
 
     def __init__(self, instanced: Instanced, members: Bools, cache: SceneCache) -> None:
         self._instanced = instanced
-        groups, numbers, triangles = [], [], []
+        groups = []
+        numbers: list[Numbers] = []
+        triangles: list[Numbers] = []
         matrices = instanced.matrices.copy()
         matrices[:, :, 3] -= instanced.center
         ends = np.searchsorted(instanced.mesh, np.arange(len(instanced.start))).tolist()  # it ascends
@@ -98,7 +101,7 @@ class InstanceTree:
                     triangles.append(local)
         self._numbers, self._number_start = _joined(numbers)
         self._triangles, self._triangle_start = _joined(triangles)
-        self._scene = InstanceScene(groups)
+        self._scene = InstanceScene(groups, partial(_flattened, instanced, numbers, triangles))
 
     def intersect(self, origin: Float32, direction: Float32) -> NDArray[np.int64]:
         """As `TriangleScene.intersect`: faces."""
@@ -115,7 +118,24 @@ class InstanceTree:
         return self._scene.occluded(origin, direction, t_max)
 
 
-def _joined(parts: list[NDArray[np.intp]]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _flattened(instanced: Instanced, numbers: list[Numbers], triangles: list[Numbers]) -> tuple[Float32, Int32, Int32]:
+    """All triangles of groups of instances, as `InstanceScene` asks for them: vertices (3 n, 3), triangles (n, 3), and
+    (3, n) their numbers in their trees, groups, and numbers in their groups.
+
+    numbers, triangles : of each group the instances, and the triangles of their mesh.
+    """
+    names = [
+        np.stack(np.broadcast_arrays(np.arange(len(local)), group, np.arange(len(chosen))[:, None])).reshape(3, -1)
+        for group, (chosen, local) in enumerate(zip(numbers, triangles, strict=True))
+    ]
+    found = np.concatenate(names, axis=1).astype(np.int32)
+    (of_instances, first), (of_triangles, start) = _joined(numbers), _joined(triangles)
+    instance, local = of_instances[first[found[1]] + found[2]], of_triangles[start[found[1]] + found[0]]
+    corners = instanced.points(instance, instanced.start[instanced.mesh[instance]] + local)
+    return corners.reshape(-1, 3), np.arange(3 * len(instance), dtype=np.int32).reshape(-1, 3), found
+
+
+def _joined(parts: list[Numbers]) -> tuple[Numbers, Numbers]:
     """All in one, and where each begins."""
     return np.concatenate(parts), np.cumsum([0, *(len(part) for part in parts)])
 

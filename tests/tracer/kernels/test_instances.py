@@ -6,12 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hybrid_addon import accelerated
 from hybrid_addon.scene import Expression, PointLight, Sphere, Visibility, World
 from hybrid_addon.tracer import CompiledScene, SceneCache, trace
 from hybrid_addon.tracer.core.stats import Stats
 from hybrid_addon.tracer.geometry import instanced, trees
+from hybrid_addon.tracer.geometry.embree import QUERIES
 from hybrid_addon.tracer.geometry.triangles import facets_of
 from hybrid_addon.tracer.prepare.footprint import taken, triangles_by_mesh
+from hybrid_addon.tracer.render import trace_compiled
 
 READS = "color:C", "tangent:U", "uv:U", "instance:tone", "true_normal", "generated", "around:Z"
 
@@ -141,6 +144,33 @@ def test_what_would_be_found_badly_is_flattened(kernels, keep, meadow, build):
     assert set(np.unique(geometry.object[: geometry.triangle_count])) == {2, 3}  # of the flat one what is left
     keep(False)
     assert CompiledScene(scene, build.one_ray).geometry.instanced is None
+
+
+def test_a_kernel_that_fails_in_the_middle_is_one_warning_and_the_same_picture(
+    kernels, keep, meadow, build, monkeypatch
+):
+    """embreex is given the triangles of all instances then."""
+    scene = CompiledScene(meadow, replace(build.one_ray, threads=2))
+    scene.build_all()
+    wanted, asked = trace_compiled(scene), []
+    monkeypatch.setattr(accelerated, "_failed", {})
+    monkeypatch.setattr(accelerated, "_warned", [])
+    for name in QUERIES:
+        twins = accelerated.ALL[name]
+        works = twins.compiled
+
+        def fails(*args, works=works):
+            asked.append(1)
+            if len(asked) > 3:
+                raise ZeroDivisionError("no luck")
+            return works(*args)
+
+        monkeypatch.setattr(twins, "kernel", fails)
+        monkeypatch.setattr(twins, "compiled", works)
+    with pytest.warns(UserWarning, match="the compiled kernel .* failed, numpy does its work") as told:
+        found = trace_compiled(scene)
+    assert len(told) == 1 and scene.geometry.instanced is not None
+    np.testing.assert_array_equal(found.radiance, wanted.radiance)
 
 
 def test_without_kernels_all_is_flattened(keep, meadow, build):

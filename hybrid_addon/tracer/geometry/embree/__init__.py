@@ -10,8 +10,8 @@ from __future__ import annotations
 import copy
 import os
 import threading
-from collections.abc import Sequence
-from functools import cached_property
+from collections.abc import Callable, Sequence
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from weakref import WeakValueDictionary
 
@@ -27,6 +27,9 @@ from .library import Instances, Triangles
 __all__ = ["InstanceScene", "OwnScene", "TriangleScene", "Triangles", "embree_version", "has_kernels"]
 
 
+Soup = tuple[Float32, Int32, Int32]
+
+
 def embree_version() -> str:
     """Version of embreex, whose first three numbers are those of the Embree inside."""
     try:
@@ -35,15 +38,17 @@ def embree_version() -> str:
         return "unknown"
 
 
-_own: WeakValueDictionary[int, OwnScene] = WeakValueDictionary()
+_own: WeakValueDictionary[int, _Own] = WeakValueDictionary()
 
 
 @accelerated
 def nearest_of(scene: int | np.uint64, origin: Float32, direction: Float32, found: Int32) -> None:
     """Write into found (3, n) the triangle that each ray (3, n) meets first, its group of instances and its number in
     the group; -1 for none. scene: the address of one of our own."""
-    found[0] = _triangles_at(scene).embreex.nearest(origin, direction)
-    found[1:] = MISS
+    own = _own[int(scene)]
+    triangle = own.embreex.nearest(origin, direction)
+    found[:] = own.names.take(triangle, axis=1, mode="wrap")
+    found[:, triangle < 0] = MISS
 
 
 @accelerated
@@ -51,16 +56,7 @@ def occluded_of(
     scene: int | np.uint64, origin: Float32, direction: Float32, t_max: Float32, blocked: NDArray[np.bool_]
 ) -> None:
     """Write whether (n,) anything lies on each ray (3, n) up to t_max (n,)."""
-    blocked[:] = _triangles_at(scene).embreex.occluded(origin, direction, t_max)
-
-
-def _triangles_at(scene: int | np.uint64) -> OwnScene:
-    found = _own.get(int(scene))
-    if found is None:
-        raise RuntimeError(
-            "instances of meshes cannot be drawn without kernels: set HYBRID_KERNELS=0 to do without both"
-        )
-    return found
+    blocked[:] = _own[int(scene)].embreex.occluded(origin, direction, t_max)
 
 
 QUERIES = {f"tracer.geometry.embree.{query.__name__}" for query in (nearest_of, occluded_of)}
@@ -86,52 +82,76 @@ def _occluded(scene: np.uint64, origin: Float32, direction: Float32, t_max: Floa
     return blocked
 
 
-class OwnScene:
-    """A tree over triangles (nt, 3) int32 of finite vertices (nv, 3) float32: our own scene, asked by kernels.
+class _Own:
+    """Our own scene, asked by kernels. Should these fail, embreex' scene of the same triangles answers.
 
-    Should these fail, embreex' scene of the same triangles answers.
+    soup : gives what embreex' scene is made of: vertices (nv, 3) float32, triangles (nt, 3) int32, and (3, nt) int32
+           what our own scene calls each of them (see `nearest_of`).
     """
 
-    def __init__(self, vertices: Float32, triangles: Int32) -> None:
-        self._triangles, self._lock = (vertices, triangles), threading.Lock()
-        self.scene = Triangles(vertices, triangles)
-        self.address = np.uint64(self.scene.address)
-        self._process = os.getpid()
-        _own[self.scene.address] = self
+    def __init__(self, scene: Triangles | Instances, soup: Callable[[], Soup]) -> None:
+        self.scene, self._soup, self._lock, self._process = scene, soup, threading.Lock(), os.getpid()
+        self.address = np.uint64(scene.address)
+        self._made: tuple[EmbreexScene, Int32] | None = None
+        _own[scene.address] = self
 
-    @cached_property
-    def embreex(self) -> EmbreexScene:
+    def _other(self) -> tuple[EmbreexScene, Int32]:
         """embreex' scene, built when first asked for, but not in a forked process, which lacks the threads that build
         it: a task that fails there is done again here."""
         if os.getpid() != self._process:
             raise RuntimeError("a forked process builds no trees")
         with self._lock:
-            return EmbreexScene(*self._triangles)
+            if self._made is None:
+                vertices, triangles, names = self._soup()
+                self._made = EmbreexScene(vertices, triangles), names
+            return self._made
 
-    def nearest(self, origin: Float32, direction: Float32) -> Int32:
-        """The triangle (n,) that each ray (3, n) meets first, -1 for none."""
-        triangle: Int32 = _nearest(self.address, origin, direction)[0]
-        return triangle
+    @property
+    def embreex(self) -> EmbreexScene:
+        """embreex' scene of the same triangles."""
+        return self._other()[0]
+
+    @property
+    def names(self) -> Int32:
+        """(3, nt) what our own scene calls its triangles."""
+        return self._other()[1]
 
     def occluded(self, origin: Float32, direction: Float32, t_max: Float32) -> NDArray[np.bool_]:
         """Whether (n,) anything lies on each ray up to t_max (n,)."""
         return _occluded(self.address, origin, direction, t_max)
 
 
-class InstanceScene:
-    """Instances of trees: groups of a tree and matrices (k, 3, 4) float32, object to world. Only kernels can ask it."""
+class OwnScene(_Own):
+    """A tree over triangles (nt, 3) int32 of finite vertices (nv, 3) float32."""
 
-    def __init__(self, groups: Sequence[tuple[Triangles, Float32]]) -> None:
-        self._scene = Instances(groups)
-        self._address = np.uint64(self._scene.address)
+    def __init__(self, vertices: Float32, triangles: Int32) -> None:
+        self._triangles = vertices, triangles
+        super().__init__(Triangles(vertices, triangles), partial(_soup_of, vertices, triangles))
+
+    def nearest(self, origin: Float32, direction: Float32) -> Int32:
+        """The triangle (n,) that each ray (3, n) meets first, -1 for none."""
+        triangle: Int32 = _nearest(self.address, origin, direction)[0]
+        return triangle
+
+
+def _soup_of(vertices: Float32, triangles: Int32) -> Soup:
+    names = np.full((3, len(triangles)), MISS, np.int32)
+    names[0] = np.arange(len(triangles))
+    return vertices, triangles, names
+
+
+class InstanceScene(_Own):
+    """Instances of trees: groups of a tree and matrices (k, 3, 4) float32, object to world.
+
+    flattened : gives all their triangles in the world (see `_Own`), should the kernels fail.
+    """
+
+    def __init__(self, groups: Sequence[tuple[Triangles, Float32]], flattened: Callable[[], Soup]) -> None:
+        super().__init__(Instances(groups), flattened)
 
     def nearest(self, origin: Float32, direction: Float32) -> Int32:
         """Triangle, group and number in the group (3, n) of what each ray (3, n) meets first, -1 for none."""
-        return _nearest(self._address, origin, direction)
-
-    def occluded(self, origin: Float32, direction: Float32, t_max: Float32) -> NDArray[np.bool_]:
-        """Whether (n,) anything lies on each ray up to t_max (n,)."""
-        return _occluded(self._address, origin, direction, t_max)
+        return _nearest(self.address, origin, direction)
 
 
 class TriangleScene:
