@@ -5,6 +5,7 @@ VENV ?= .venv
 BLENDER ?= blender
 XVFB_BLENDER ?= xvfb-blender
 RUN := $(VENV)/bin/python
+WITH_KERNELS := $(addprefix tests/tracer/,test_oracle.py test_random_scenes.py test_invariance.py)
 export BLENDER XVFB_BLENDER
 unexport PYTHONPATH PYTHONHOME
 
@@ -16,6 +17,9 @@ demo: venv  ## Render a sample scene hybrid; says where the picture, the mask an
 
 test: venv  ## Run the whole test suite (ARGS= goes to pytest)
 	$(RUN) tools/run_tests.py $(ARGS)
+
+test-kernels: venv  ## Tests of the tracer with compiled kernels in use, not numpy
+	$(RUN) tools/run_tests.py -p tests.with_kernels -m "not once" $(or $(ARGS),$(WITH_KERNELS))
 
 test-real: venv  ## Build, install and use the extension in the real Blender BLENDER= (XVFB_BLENDER=: one with a window)
 	$(RUN) tools/run_tests.py -v tests/real_blender/checks.py $(ARGS)
@@ -83,4 +87,4 @@ clean:  ## Remove what was built and rendered (not $(VENV))
 	rm -rf build dist wheels demo .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find hybrid_addon tests tools -name __pycache__ -prune -exec rm -rf {} +
 
-.PHONY: help demo test test-real pictures pages docs stability bench first-picture fronts materials assets lint format extension extension-local wheels venv clean
+.PHONY: help demo test test-kernels test-real pictures pages docs stability bench first-picture fronts materials assets lint format extension extension-local wheels venv clean
