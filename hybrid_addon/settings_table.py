@@ -277,6 +277,11 @@ SCENE = (
         on=3.0, animatable=False,
     ),
     Setting(
+        "tint", "BOOL", False, "Ray Traced Objects",
+        "Color what is ray traced, as an overlay of viewports",
+        group="VIEWPORT", changes="PREVIEW", animatable=False,
+    ),
+    Setting(
         "insets", "BOOL", False, "Insets", "Show mask and traced half as small pictures over the Render Result",
         group="EDITOR", changes="EDITOR", animatable=False,
     ),
@@ -287,8 +292,18 @@ SCENE = (
             Choice("RASTER", "EEVEE's Half", "What EEVEE drew, times 1 - mask"),
             Choice("TRACED", "Traced Half", "What the ray tracer drew, times the mask"),
             Choice("MASK", "Mask", "Share of each pixel that ray traced objects cover"),
+            Choice("SLOT", "Other Slot", "What is in another slot of the Render Result: before and after"),
         ),
         group="EDITOR", changes="EDITOR", animatable=False,
+    ),
+    Setting(
+        "compare_slot", "INT", 1, "Slot", "Slot of the Render Result that Show takes",
+        group="EDITOR", low=1, high=64, soft_high=8, changes="EDITOR", animatable=False,
+    ),
+    Setting(
+        "wipe", "FLOAT", 1.0, "Wipe",
+        "Left of it is what Show names, right of it the Render Result. The line in the picture can be dragged",
+        group="EDITOR", low=0.0, high=1.0, subtype="FACTOR", changes="EDITOR", animatable=False,
     ),
 )  # fmt: skip
 """`Scene.hybrid`, in the order of the properties."""

@@ -224,7 +224,8 @@ def test_ruff_bans_the_same_modules() -> None:
     inside = {pattern for pattern in exempt if pattern.startswith("hybrid_addon/")}
     assert inside == {
         "hybrid_addon/blender/*",
-        "hybrid_addon/blender/ui/{panels,render_panels,presets,messages,operators,advice,picker}.py",
+        "hybrid_addon/blender/ui/{panels,render_panels,presets,messages,operators,advice,cameras}.py",
+        "hybrid_addon/blender/ui/image_editor/{picker,editor_panels}.py",
         "hybrid_addon/tracer/geometry/embree/*",
         "hybrid_addon/tracer/kernels/*",
     }

@@ -17,7 +17,8 @@ from .pipeline import eevee_shadows, note, others_handlers, scene_setup, trace_s
 from .pipeline.fingerprint import Fingerprint, fingerprint
 from .pipeline.guard import guard
 from .render import growing, images, retrace
-from .ui import defaults, insets, messages
+from .ui import defaults, messages
+from .ui.image_editor import insets, picker, slots
 from .view_layers import hand_over_properties
 
 
@@ -137,6 +138,8 @@ def _on_loaded(*_args: Any) -> None:
     note.take_back()
     session.forget()
     insets.forget()
+    slots.forget()
+    picker.forget()
     preview.forget()
     transmission.changed()
     scene_setup.sync_all()
@@ -203,7 +206,7 @@ def _evaluated(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 def _frame_begins(scene: bpy.types.Scene, *_args: Any) -> None:
     trace_scenes.attach()  # handlers may have chosen another camera for this frame
     others_handlers.frame_begins(scene)
-    session.begin_frame(scene.name)
+    session.begin_frame(scene.name, growing.slot())
 
 
 @persistent

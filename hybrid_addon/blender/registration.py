@@ -15,26 +15,29 @@ from .pipeline import scene_setup, trace_scenes
 from .render import engine, main_thread
 from .ui import (
     advice,
-    insets,
+    cameras,
     messages,
     operators,
     panels,
-    picker,
     presets,
     properties,
     render_panels,
     translations,
 )
+from .ui.image_editor import editor_panels, insets, picker, slots, wipe
 
 _CLASSES = (
     *properties.CLASSES,
     *operators.CLASSES,
     *presets.CLASSES,
+    *cameras.CLASSES,
     *messages.CLASSES,
     *picker.CLASSES,
+    *wipe.CLASSES,
     *insets.CLASSES,
     *engine.CLASSES,
     *panels.CLASSES,
+    *editor_panels.CLASSES,
     *render_panels.CLASSES,
     *advice.CLASSES,
 )
@@ -87,6 +90,7 @@ def unregister() -> None:
     cli.unregister()
     panels.unregister()
     insets.forget()
+    slots.forget()
     session.forget()
     preview.unregister()
     main_thread.unregister()

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -116,13 +116,17 @@ def explain(x: int, y: int, scene: bpy.types.Scene | None = None) -> str:
     Each line is a ray: its share of the pixel, what it met and where, what that brought, what was not followed. Raises
     HybridError.
     """
+    return explained(x, y, scene or bpy.context.scene)
+
+
+def explained(x: int, y: int, scene: bpy.types.Scene, say: Callable[[str], str] = str) -> str:
+    """The same, in a language. say: puts the words of `report.pixel` into it."""
     require_tracer()
     from ..report.pixel import pixel_text
     from ..tracer import CompiledScene
     from ..tracer.integrator.explain import explain as tree
     from ..tracer.prepare.validate import validate
 
-    scene = scene or bpy.context.scene
     width, height = full_size(scene)
     if not (0 <= x < width and 0 <= y < height):
         raise HybridError(f"pixel {x}, {y} lies outside the frame of {width} x {height}")
@@ -130,7 +134,7 @@ def explain(x: int, y: int, scene: bpy.types.Scene | None = None) -> str:
     with _in_one_line():
         validate(ours, settings, None)
         compiled = CompiledScene(ours, settings)
-    return pixel_text(ours, tree(compiled, x, y), x, y)
+    return pixel_text(ours, tree(compiled, x, y), x, y, say)
 
 
 @contextmanager

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import bpy
+import numpy as np
 
 from ..clock import Clock
 from ..scene import Float32, TriangleMesh
@@ -34,6 +35,7 @@ class Frame:
     """One traced frame over the rendered window: raster, traced (h, w, 4), mask (h, w), float32, associated alpha.
 
     passes : the data passes that were asked for, by name: (h, w) or (h, w, 3) float32.
+    of     : what its size and its part of the frame came from (`render/growing.py`).
     """
 
     window: tuple[int, int, int, int]
@@ -42,6 +44,19 @@ class Frame:
     traced: Float32
     report: dict[str, Any]
     passes: dict[str, Float32] = field(default_factory=dict)
+    of: tuple[object, ...] = ()
+
+    def to_look_at(self) -> Frame:
+        """The same without passes, in half precision: what is kept of it for the slot that it was rendered into."""
+        small: Any = [
+            None if part is None else np.clip(part, -HALF, HALF).astype(np.float16)
+            for part in (self.raster, self.mask, self.traced)
+        ]
+        return replace(self, raster=small[0], mask=small[1], traced=small[2], passes={})
+
+
+HALF = 65504.0
+"""The largest number of half precision."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +144,7 @@ class Session:
     """What the add-on remembers of one scene.
 
     frame, report  : of the last render; the report stays, for the panel, while the next frame is in work.
+    slot           : of the Render Result that it went into.   kept : what earlier renders left in the others.
     error          : why the last trace failed, in one line; None if it did not.
     so_far         : of the render that runs, or was stopped; None: there is none, or its picture is complete.
     caches         : for the next render (`caches_of`).
@@ -147,13 +163,19 @@ class Session:
     eevee_half: EeveeHalf | None = None
     retracing: bool = False
     casting: list[str] = field(default_factory=list)
+    slot: int = -1
+    kept: dict[int, Frame] = field(default_factory=dict)
     _start: Clock | None = None  # when the frame began
     _delivered: Clock | None = None  # when the engine had done its part
     _sampled: float | None = None  # when the last sample was taken
     _tail: float = FIRST_TAIL  # seconds a pixel from there to the end of the frame
 
-    def begin_frame(self) -> None:
-        """A frame of this scene begins: forget the last one."""
+    def begin_frame(self, slot: int = -1) -> None:
+        """A frame of this scene begins, and goes into this slot: forget what was there."""
+        if self.frame is not None and slot != self.slot:
+            self.kept[self.slot] = self.frame.to_look_at()
+        self.kept.pop(slot, None)
+        self.slot = slot
         self.frame = self.error = self._delivered = self.so_far = None
         self._start = Clock()
 
@@ -161,6 +183,10 @@ class Session:
         """The frame has failed, and why. Only the words are kept: a traceback would keep all that the frame had."""
         error.__context__ = error.__cause__ = None
         self.error, self.so_far = error.with_traceback(None), None
+
+    def frame_in(self, slot: int) -> Frame | None:
+        """What was rendered into a slot; None: nothing of ours, or too long ago."""
+        return self.frame if slot == self.slot else self.kept.get(slot)
 
     def since_start(self) -> dict[str, float]:
         """Seconds since the frame began, wall and cpu."""
@@ -222,9 +248,9 @@ def by_name() -> dict[str, Session]:
     return dict(_sessions)
 
 
-def begin_frame(name: str) -> None:
-    """Blender begins a frame of the scene of this name."""
-    of(name).begin_frame()
+def begin_frame(name: str, slot: int = -1) -> None:
+    """Blender begins a frame of the scene of this name, which goes into this slot of the Render Result."""
+    of(name).begin_frame(slot)
 
 
 def caches_of(name: str) -> FrameCaches:

@@ -7,6 +7,7 @@
     draw.py     the picture on the screen, below Blender's overlays
     reproject.py    the last picture while the view moves
     icon.py     the button's
+    tint.py     what is ray traced, in color, as an overlay
 
 The main thread only looks, translates the scene when it has changed, and draws. The first movement of the view drops
 the work on a picture, the first change of the scene the picture, too.
@@ -27,7 +28,7 @@ from ..errors import HybridError, require_tracer
 from ..pipeline import scene_setup
 from ..render.settings import preview_settings
 from ..session import FrameCaches
-from . import icon
+from . import icon, tint
 from .display import Display
 from .draw import Layer
 from .job import Job
@@ -132,6 +133,12 @@ def _draw() -> None:
     """Called by Blender in each redraw of each 3D viewport, after the scene."""
     context = bpy.context
     region, space, scene = context.region, context.space_data, context.scene
+    _draw_picture(region, space, scene)
+    if scene.hybrid.tint and space.overlay.show_overlays and scene_setup.is_active(scene):
+        tint.draw(context, _preview.edits, shown_in(space, scene))
+
+
+def _draw_picture(region: bpy.types.Region, space: bpy.types.SpaceView3D, scene: bpy.types.Scene) -> None:
     key = region.as_pointer()
     if why_not(scene, space):
         _forget(key)
@@ -188,8 +195,14 @@ def _forget(key: int) -> None:
 
 
 @persistent
-def _on_change(*_args: Any) -> None:
+def _on_change(*args: Any) -> None:
     _preview.edits += 1
+    depsgraph = args[1] if len(args) > 1 else None
+    if isinstance(depsgraph, bpy.types.Depsgraph):
+        for b_update in depsgraph.updates:
+            tint.touch(b_update)
+    else:  # another file, undo: nothing is as it was
+        tint.forget()
 
 
 def forget() -> None:
@@ -328,3 +341,4 @@ def unregister() -> None:
     for job in jobs:
         job.join()
     forget()
+    tint.forget()

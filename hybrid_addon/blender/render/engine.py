@@ -219,7 +219,8 @@ def trace_frame(
         ],
         skipped=[*notes, *left.skipped()],
     )
-    return Frame(window, drawn, cover, traced, report, passes.data_passes(scene, film, cover)), film
+    planes = passes.data_passes(scene, film, cover)
+    return Frame(window, drawn, cover, traced, report, planes, growing.frame_of(scene)), film
 
 
 def budget_warnings(scene: bpy.types.Scene, timing: dict[str, dict[str, float]], film: Film) -> list[str]:

@@ -130,6 +130,11 @@ def render_begins() -> None:
     _into[0] = -1 if image is None else image.render_slots.active_index
 
 
+def slot() -> int:
+    """The slot that is rendered into."""
+    return _into[0]
+
+
 _seen: dict[str, tuple[object, object]] = {}  # by scene, what was redrawn last
 
 

@@ -18,7 +18,7 @@ from .. import session
 from ..flags import flagged_collections
 from ..pipeline import scene_setup
 from ..render import main_thread
-from . import picker
+from .image_editor import picker, slots
 from .layout import paragraph
 from .translations import iface, sentence, translated
 
@@ -82,9 +82,9 @@ def _draw_problem(layout: bpy.types.UILayout, context: bpy.types.Context, proble
     row.operator("hybrid.use_eevee")
 
 
-def draw_report(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
-    """What the last render did, and all that it warned of."""
-    report = session.of(context.scene.name).report
+def draw_report(layout: bpy.types.UILayout, context: bpy.types.Context, report: dict[str, Any] | None = None) -> None:
+    """What a render did, and all that it warned of. report: of which; None: the last one."""
+    report = report or session.of(context.scene.name).report
     if not report:
         paragraph(layout, context, iface("Nothing rendered yet"), icon="INFO")
         return
@@ -229,6 +229,7 @@ def _tell(name: str) -> None:
     scene = bpy.data.scenes.get(name)
     if scene is None or not scene.hybrid.enabled:
         return
+    slots.changed(scene)
     level, text = outcome(scene)
     if text:
         say(level, f"Hybrid: {text}")

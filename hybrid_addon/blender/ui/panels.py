@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Panels named Hybrid of objects, materials, collections and the Image Editor; and entries in Blender's menus."""
+"""Panels named Hybrid of objects, materials and collections; and entries in Blender's menus."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ..pipeline import scene_setup
 from ..pipeline.transmission import shown_surface
 from ..sync.material import customised
 from ..sync.settings import custom_surface
-from . import messages, picker
+from .image_editor import picker
 from .layout import field, paragraph
 from .presets import HYBRID_PT_surface_presets
 from .render_panels import COMPAT_ENGINES
 from .surface_words import described
-from .translations import CONTEXT, iface, sentence
+from .translations import iface, sentence
 
 MATERIALS_SHOWN = 3
 """Of an object with many materials, in its panel."""
@@ -142,44 +142,11 @@ class HYBRID_MT_object(bpy.types.Menu):
         layout.operator("hybrid.advise")
 
 
-class HYBRID_IMAGE_PT_settings(bpy.types.Panel):
-    bl_label = "Hybrid"
-    bl_space_type = "IMAGE_EDITOR"
-    bl_region_type = "UI"
-    bl_category = "Hybrid"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.scene.hybrid.enabled and picker.shows_render(context.space_data)
-
-    def draw(self, context: bpy.types.Context) -> None:
-        layout, settings = self.layout, context.scene.hybrid
-        messages.draw_state(layout, context)
-        layout.operator("hybrid.retrace", icon="FILE_REFRESH")
-        layout.operator("hybrid.explain_pixel", text="Why This Pixel?", icon="EYEDROPPER")
-        field(layout, context, settings, "shown")
-        field(layout, context, settings, "insets")
-
-
-class HYBRID_IMAGE_PT_report(bpy.types.Panel):
-    bl_label = "Report"
-    bl_translation_context = CONTEXT
-    bl_space_type = "IMAGE_EDITOR"
-    bl_region_type = "UI"
-    bl_category = "Hybrid"
-    bl_parent_id = "HYBRID_IMAGE_PT_settings"
-
-    def draw(self, context: bpy.types.Context) -> None:
-        messages.draw_report(self.layout, context)
-
-
 CLASSES = (
     HYBRID_MT_object,
     HYBRID_OBJECT_PT_settings,
     HYBRID_MATERIAL_PT_settings,
     HYBRID_COLLECTION_PT_settings,
-    HYBRID_IMAGE_PT_settings,
-    HYBRID_IMAGE_PT_report,
 )
 
 
@@ -192,6 +159,25 @@ def _draw_view3d_header(self: bpy.types.Header, context: bpy.types.Context) -> N
     row.prop(scene.hybrid, "preview", text="", icon_value=preview.icon.icon_id())
     if scene.hybrid.preview:
         row.label(text=sentence(preview.status(context)), translate=False)
+
+
+def _draw_overlays(self: bpy.types.Panel, context: bpy.types.Context) -> None:
+    """A tick in the popover of the viewport's overlays."""
+    if context.scene.hybrid.enabled:
+        self.layout.prop(context.scene.hybrid, "tint")
+
+
+def _draw_outliner_header(self: bpy.types.Header, context: bpy.types.Context) -> None:
+    """Whether the active object is ray traced. Rows of the Outliner have no place for icons of add-ons."""
+    b_object = context.object
+    if context.scene.hybrid.enabled and b_object is not None and b_object.type in GEOMETRY:
+        self.layout.prop(b_object.hybrid, "ray_traced", text="", icon_value=preview.icon.icon_id())
+
+
+def _draw_render_menu(self: bpy.types.Menu, context: bpy.types.Context) -> None:
+    if context.scene.hybrid.enabled:
+        self.layout.separator()
+        self.layout.operator("hybrid.render_cameras", icon="OUTLINER_OB_CAMERA")
 
 
 def _draw_object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
@@ -216,13 +202,21 @@ _EXTENDED = {
     "OUTLINER_MT_object": _draw_object_menu,
     "OUTLINER_MT_collection": _draw_collection_menu,
     "IMAGE_MT_image": _draw_image_menu,
+    "VIEW3D_PT_overlay_object": _draw_overlays,
+    "OUTLINER_HT_header": _draw_outliner_header,
+    "TOPBAR_MT_render": _draw_render_menu,
 }
+
+
+_FIRST = {"OUTLINER_HT_header"}
+"""Where nothing fits behind what Blender draws: at its default width the Outliner's header is full."""
 
 
 def register() -> None:
     """Add what is shown in Blender's own headers and menus."""
     for name, draw in _EXTENDED.items():
-        getattr(bpy.types, name).append(draw)
+        kind = getattr(bpy.types, name)
+        (kind.prepend if name in _FIRST else kind.append)(draw)
 
 
 def unregister() -> None:

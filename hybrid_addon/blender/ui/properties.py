@@ -13,7 +13,8 @@ from bpy.types import Collection, Context, Material, Object, PropertyGroup, Scen
 from ...settings_table import SCENE, SURFACE, Setting
 from .. import preview, session
 from ..pipeline import scene_setup
-from . import defaults, insets, messages
+from . import defaults, messages
+from .image_editor import slots
 
 
 def _is_click(context: Context) -> bool:
@@ -57,8 +58,8 @@ def _preview_changed(_settings: "HybridSceneSettings", _context: Context) -> Non
     preview.setting_changed()
 
 
-def _insets_changed(_settings: "HybridSceneSettings", _context: Context) -> None:
-    insets.redraw()
+def _insets_changed(settings: "HybridSceneSettings", _context: Context) -> None:
+    slots.changed(settings.id_data)
 
 
 # What is brought up to date when a setting of the table changes, by its `changes`.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...procedural import elementary
-from ...scene import Float32
+from ...scene import Float32, Float64
 from ..core.rays import Rays
 from ..core.stats import Stats
 from ..core.vectors import Array, Index
@@ -16,7 +16,7 @@ from ..film.path_hash import REFLECTED, TRANSMITTED, child_path
 from ..film.samples import SampleBuffer
 from ..geometry.hits import Hits
 from ..prepare.compiled import CompiledScene
-from ..shading.closures import closures_at
+from ..shading.closures import ClosureHits, closures_at
 from ..shading.interaction import Interaction
 from ..shading.lamps import brought, lamps_met
 from ..shading.spawn import share_out
@@ -24,6 +24,10 @@ from .fog import through_fog
 from .whitted import add_escaped, add_light, trace_rays
 
 RGB = tuple[float, float, float]
+
+PARTS = ("light", "emission", "world", "lamps", "fog")
+"""What a ray brings: the light of lamps and world that its surface sends on, what that emits by itself, the world that
+it meets, lamps that it meets, and what fog on its way sends into it."""
 
 
 @dataclass(eq=False)
@@ -35,7 +39,8 @@ class Node:
     distance   : metres to what it hit; inf: it left the scene.
     object, surface : numbers of the instance (spheres and planes follow the instances) and of the surface; -1: none.
     inside     : it met the surface from behind.   angle : degrees off the geometric normal.
-    adds       : radiance that this node brings the pixel: emission and local light, or the world, and lamps and fog.
+    adds       : radiance that this node brings the pixel, all of `parts` together.
+    parts      : of what it consists, by the names of PARTS; those that are nothing are missing.
     lamps      : names of the lamps that the ray meets on its way.
     fog        : the share of its light that fog on its way leaves.
     cut        : not followed: beyond the depth, or cut because it would bring little.
@@ -50,6 +55,7 @@ class Node:
     inside: bool = False
     angle: float = 0.0
     adds: RGB = (0.0, 0.0, 0.0)
+    parts: dict[str, RGB] = field(default_factory=dict)
     lamps: tuple[str, ...] = ()
     fog: float = 1.0
     cut: bool = False
@@ -97,22 +103,27 @@ class _Tree:
             only = np.array([i])
             first, ray = (replace(wave.take(only), sample=np.zeros(1, np.intp)) for wave in (started, rays))
             node.counts = True
-            light = SampleBuffer.zeros(1)
+            lamps, fog, light = (SampleBuffer.zeros(1) for _ in range(3))
             for lamp, seen, radiance in lamps_met(self.scene, first, hits.take(only), Stats()):
                 node.lamps += (lamp.light.name,)
-                light.add_radiance(seen.sample, brought(self.scene, seen, radiance))
-            node.fog = self._fog(first, float(hits.t[i]), i in place, light)
+                lamps.add_radiance(seen.sample, brought(self.scene, seen, radiance))
+            node.fog = self._fog(first, float(hits.t[i]), i in place, fog)
+            found = {"lamps": lamps.radiance, "fog": fog.radiance}
             if at is not None and i in place:
                 one = at.take(np.array([place[i]]))
                 self._describe(node, one, float(hits.t[i]))
                 closures = closures_at(self.scene, ray, one, hits.t[i : i + 1])
                 add_light(self.scene, closures, light, Stats())
+                emission = np.minimum(_emission(closures), light.radiance)
+                found |= {"emission": emission, "light": light.radiance - emission}
                 for part in range(len(closures.rays)):
                     only = np.array([part])
                     coming.update(self._branches(node, closures.rays.take(only), closures.at.take(only), children))
             else:
                 add_escaped(self.scene, ray, slice(None), light, Stats())
-            node.adds = _rgb(light.radiance)
+                found["world"] = light.radiance
+            node.parts = {name: _rgb(found[name]) for name in PARTS if name in found and found[name].any()}
+            node.adds = _rgb(sum(found.values(), np.zeros((3, 1))))
         self.waiting = coming
 
     def _fog(self, ray: Rays, t: float, hit: bool, light: SampleBuffer) -> float:
@@ -148,6 +159,12 @@ class _Tree:
                 name = name if name == "reflected" or split.bends[0] else "straight"
                 node.children.append(Node(name, _rgb(weight), cut=True))
         return found
+
+
+def _emission(closures: ClosureHits) -> Float64:
+    """(3, 1) what the closures of one hit emit, as the pixel gets it; whole, where a clamp takes of the sum."""
+    emission = closures.at.value("emission", slice(None))
+    return np.asarray((closures.rays.throughput * emission).sum(axis=1, keepdims=True), np.float64)
 
 
 def _rgb(values: np.ndarray) -> RGB:

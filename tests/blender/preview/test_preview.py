@@ -13,9 +13,10 @@ import pytest
 
 import hybrid_addon as hybrid
 from hybrid_addon.blender import preview, session
-from hybrid_addon.blender.preview import icon
+from hybrid_addon.blender.preview import icon, tint
 from hybrid_addon.blender.preview import view as view_module
 from hybrid_addon.blender.preview.display import Display
+from hybrid_addon.blender.preview.draw import far_to_near, seen_part
 from hybrid_addon.blender.preview.job import Job
 from hybrid_addon.blender.preview.reproject import surface_of
 from hybrid_addon.blender.preview.view import View
@@ -212,3 +213,32 @@ def test_a_preview_that_cannot_be_says_so_once(scene, monkeypatch):
     assert not any(preview._attend(viewport, None, area, None) for _ in range(3))
     assert len(drawn) == len(tried) == 1
     assert viewport.moved is None and viewport.problem == "not enough memory for the preview"
+
+
+def test_what_has_moved_is_drawn_from_far_to_near_and_read_back_where_it_lies():
+    """Two quads one before the other, seen along -z by a camera at the origin of 90 degrees."""
+    square = np.float32([(-1, -1), (1, -1), (1, 1)])
+    points = np.concatenate([np.column_stack([square, np.full(3, -z)]) for z in (2, 8, 4)]).astype(np.float32)
+    triangles = np.arange(9, dtype=np.int32).reshape(3, 3)
+    view = np.array([(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, -1.002, -0.2), (0, 0, -1, 0)], np.float64)
+    assert far_to_near(points, triangles, view).tolist() == [1, 2, 0]
+    assert seen_part(points, view, (100, 60)) == (25, 15, 75, 45)
+    assert seen_part(points + np.float32((0, 0, 5)), view, (100, 60)) == (0, 0, 100, 60)  # some are behind the eye
+    flat = np.diag([0.1, 0.1, -0.02, 1.0])  # orthographic
+    assert far_to_near(points, triangles, flat).tolist() == [1, 2, 0]
+
+
+def test_what_is_ray_traced_has_a_color_instances_too(scene, monkeypatch):
+    monkeypatch.setattr(tint, "_batch", lambda name, _b_object: name[0])
+    scene.objects["Cube"].hybrid.ray_traced = True
+    shown = bpy.data.collections.new("Shown")
+    shown.objects.link(bpy.data.objects.new("Inner", bpy.data.objects["Cube"].data))
+    shown.hybrid.ray_traced = True
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection, empty.location = "COLLECTION", shown, (3, 0, 0)
+    scene.collection.objects.link(empty)
+    bpy.context.view_layer.update()
+    context = SimpleNamespace(scene=scene, evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get)
+    found = {name: tuple(matrix.translation) for name, matrix in tint._placed(context, None)}
+    assert found == {"Cube": (0, 0, 0), "Inner": (3, 0, 0)}
+    assert [name for name, _ in tint._placed(context, frozenset({"Empty"}))] == ["Inner"]  # local view

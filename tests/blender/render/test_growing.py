@@ -10,7 +10,7 @@ import pytest
 
 from hybrid_addon.blender import session
 from hybrid_addon.blender.render import growing
-from hybrid_addon.blender.ui import insets
+from hybrid_addon.blender.ui.image_editor import insets
 
 pytestmark = pytest.mark.blender
 

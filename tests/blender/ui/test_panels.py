@@ -15,13 +15,19 @@ from hybrid_addon.blender.errors import HybridError
 from hybrid_addon.blender.pipeline import transmission
 from hybrid_addon.blender.sync.coverage import scene_tables
 from hybrid_addon.blender.ui import advice, layout, messages, panels, render_panels, translations
+from hybrid_addon.blender.ui.image_editor import editor_panels
 from hybrid_addon.blender.ui.translations.german import GERMAN
 
 sys.path.insert(0, str(Path(__file__).parent))
 import labels
 
 pytestmark = pytest.mark.blender
-PANELS = [cls for room in (panels, render_panels, advice) for cls in room.CLASSES if issubclass(cls, bpy.types.Panel)]
+PANELS = [
+    cls
+    for room in (panels, editor_panels, render_panels, advice)
+    for cls in room.CLASSES
+    if issubclass(cls, bpy.types.Panel)
+]
 OF_BLENDER = {
     "Samples": "Abtastwerte", "IOR": "Brechungsindex", "Roughness": "Rauheit", "Threads": "Threads",
     "Sampling": "Abtastung", "Light Paths": "Lichtpfade", "Shadows": "Schatten", "Performance": "Leistung",

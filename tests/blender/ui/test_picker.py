@@ -3,16 +3,23 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
 
+from hybrid_addon.blender import session
 from hybrid_addon.blender.errors import HybridError
 from hybrid_addon.blender.preview.display import Display
+from hybrid_addon.blender.render import growing
 from hybrid_addon.blender.session import Frame
-from hybrid_addon.blender.ui import insets, picker
+from hybrid_addon.blender.ui.image_editor import editor_panels, insets, picker, slots
+
+sys.path.insert(0, str(Path(__file__).parent))
+from test_panels import labels, seen, words_of
 
 pytestmark = pytest.mark.blender
 
@@ -68,6 +75,74 @@ def test_the_answer_is_a_text_that_the_next_one_replaces(frame):
         bpy.ops.hybrid.explain_pixel(x=96, y=0)
 
 
+def test_the_answer_stands_in_the_sidebar_until_the_picture_is_another(frame):
+    frame.hybrid.enabled = True
+    bpy.data.objects["Cube"].hybrid.ray_traced = True
+    bpy.ops.hybrid.explain_pixel(x=48, y=27)
+    answer = picker.answered(frame)
+    assert (answer.x, answer.y) == (48, 27) and "to 'Cube'" in answer.lines[1]
+    recorder = labels.Layout()
+    editor_panels.HYBRID_IMAGE_PT_pixel.draw(SimpleNamespace(layout=recorder), seen(frame))
+    words = " ".join(words_of(recorder))
+    assert words.startswith("Pixel 48, 27: radiance") and "light" in words
+    frame.render.resolution_x = 64
+    assert picker.answered(frame) is None
+
+
+def rendered(of, value):
+    """A frame of 2 x 1 pixels."""
+    traced = np.full((1, 2, 4), value, np.float32)
+    return Frame((0, 0, 2, 1), None, np.ones((1, 2), np.float32), traced, {"value": value}, of=of)
+
+
+def test_each_slot_of_the_render_result_keeps_its_halves(scene, monkeypatch):
+    own, of = session.of(scene.name), growing.frame_of(scene)
+    for slot, value in ((0, 0.25), (1, 1e9)):
+        own.begin_frame(slot)
+        own.deliver(rendered(of, value))
+    for slot, value in ((0, 0.25), (1, 1e9)):
+        monkeypatch.setattr(slots, "active", lambda slot=slot: slot)
+        found = slots.frame_shown(scene)
+        assert found.report["value"] == value and found.traced[0, 0, 0] == np.float32(value)
+        assert insets.part(found, Display.of(scene), "TRACED").dtype == np.float32
+    monkeypatch.setattr(slots, "active", lambda: 0)
+    own.begin_frame(2)
+    assert np.isfinite(own.kept[1].traced).all()  # in half precision
+    own.begin_frame(0)  # EEVEE alone, or stopped: what was there is gone
+    assert slots.frame_shown(scene) is None and own.frame_in(1) is not None
+    own.deliver(rendered((1, 2, 3), 0.5))  # of another size
+    assert slots.frame_shown(scene) is None
+
+
+def test_a_wipe_shows_the_left_part_of_what_is_chosen(scene, monkeypatch):
+    quads, place = [], [0.0]
+    monkeypatch.setattr(insets, "_drawn", insets._Drawn())
+    monkeypatch.setattr(insets, "_rectangle", lambda *_: (10, 0, 110, 50))
+    monkeypatch.setattr(insets, "_label", lambda *_: None)
+    monkeypatch.setattr(insets.wipe, "place", lambda _context: place[0])
+    monkeypatch.setattr(insets, "_quad", lambda *made: quads.append(made) or SimpleNamespace(draw=lambda _size: None))
+    system = SimpleNamespace(system=SimpleNamespace(ui_scale=1))
+    context = SimpleNamespace(scene=scene, region=SimpleNamespace(width=200, height=50), preferences=system)
+    scene.hybrid.shown, scene.hybrid.compare_slot = "SLOT", 2
+    monkeypatch.setattr(slots._read, "slot", 1)
+    monkeypatch.setattr(slots._read, "pixels", np.zeros((2, 4, 4), np.float32))
+    for place[0] in (5.0, 60.0, 500.0):
+        insets._draw_whole(context, None)
+    assert [pixels.shape[1] for pixels, _ in quads] == [2, 4]
+    assert [box for _, box in quads] == [(10, 0, 60.0, 50), (10, 0, 110.0, 50)]
+
+
+def test_why_another_slot_is_not_shown(scene, monkeypatch):
+    assert slots.problem(scene) == ""
+    scene.hybrid.shown, scene.hybrid.compare_slot = "SLOT", 3
+    monkeypatch.setattr(slots, "active", lambda: 2)
+    assert "choose another" in slots.problem(scene)
+    scene.hybrid.compare_slot = 5
+    slots.read(scene)
+    assert slots.problem(scene) and slots.other_picture(scene) is None
+    slots.forget()
+
+
 def test_insets_are_small_means_of_mask_and_traced_half(scene):
     """A picture of 1000 x 600, half of it covered by grey: blocks of 4 x 4."""
     mask = np.zeros((600, 1000), np.float32)
@@ -103,6 +178,7 @@ def test_a_frame_at_the_address_of_one_that_is_gone_is_another(scene, monkeypatc
     quads = []
     monkeypatch.setattr(insets, "_drawn", insets._Drawn())
     monkeypatch.setattr(insets, "_rectangle", lambda *_: (0, 0, 2, 1))
+    monkeypatch.setattr(insets.wipe, "place", lambda _context: 2.0)
     monkeypatch.setattr(insets, "_label", lambda *_: None)
     monkeypatch.setattr(insets, "_quad", lambda *made: quads.append(made) or SimpleNamespace(draw=lambda _size: None))
     scene.hybrid.shown = "MASK"

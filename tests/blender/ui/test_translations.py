@@ -6,6 +6,7 @@ What Blender shows of them is looked at in a window: tests/real_blender.
 
 from __future__ import annotations
 
+import ast
 import re
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,9 +16,11 @@ import pytest
 
 import hybrid_addon
 from hybrid_addon.blender import registration
+from hybrid_addon.blender.render import engine
+from hybrid_addon.blender.sync import coverage
+from hybrid_addon.blender.sync.coverage.status import Named
 from hybrid_addon.blender.ui import layout, translations
 from hybrid_addon.blender.ui.translations.german import GERMAN
-from hybrid_addon.blender.ui.translations.german_messages import MESSAGES
 
 pytestmark = pytest.mark.blender
 FOLDER = Path(hybrid_addon.__file__).parent / "blender"
@@ -62,13 +65,18 @@ def test_what_is_filled_in_is_the_same_in_each_language(locale):
         assert not own.endswith(".") and not english.endswith(".")
 
 
-def test_warnings_are_told_in_the_language_too(monkeypatch):
+@pytest.fixture
+def german(monkeypatch):
+    """Blender's Python module has no languages: as in a window that is set to German."""
     app = SimpleNamespace(translations=SimpleNamespace(locale="de_DE"))
     monkeypatch.setattr(translations, "bpy", SimpleNamespace(app=app))
     monkeypatch.setattr(translations, "words", lambda: GERMAN)
+
+
+def test_warnings_are_told_in_the_language_too(german):
     rough = "it shows the world blurred, but no objects: its roughness of 0.3 is not traced"
     told = translations.sentence(f"material 'A: b', 2 things: {rough} (set Rough Samples to 1 or more); something new")
-    assert told.startswith("Material 'A: b', 2 things: zeigt die Welt verschwommen") and "Rauheit von 0.3" in told
+    assert told.startswith("Material 'A: b', 2 Dinge: zeigt die Welt verschwommen") and "Rauheit von 0.3" in told
     assert told.endswith("something new")
     assert translations.sentence("scene 'S' has no camera: add one and make it the active camera").startswith(
         "Szene 'S' hat"
@@ -87,6 +95,87 @@ def test_templates_are_what_the_code_says():
         path.read_text(encoding="utf-8") for path in FOLDER.parent.rglob("*.py") if "german" not in path.name
     )
     source = re.sub(r'"\s*f?"', "", source)  # literals that go on in the next line
-    for template in MESSAGES:
+    for template in translations.SENTENCES["de_DE"]:
         for part in template.split("{}"):
             assert part.strip(" :'()%;,") in source, template
+
+
+NOT_SHOWN = ("measure", "blender/measure", "blender/cli", "tracer", "blender/ui/translations", "procedural",
+             "accelerated.py", "blender/pipeline/note.py", "report/frame.py")  # fmt: skip
+"""What only a command line or a file says, or nobody but a developer."""
+SAYS = {"HybridError", "TooLarge", "UnsupportedError", "warn", "add", "append"}
+"""Calls whose first argument is a line for people."""
+TELLERS = {"warnings", "why_inactive", "why_not", "refusal", "problem", "unfit_to_back", "budget_warnings", "reason",
+           "scene_warnings", "with_background", "_open_fog", "_translucent_bodies", "_other_layers", "_why",
+           "rough_note", "ended_warnings", "nothing_to_trace"}  # fmt: skip
+"""Functions that return such lines."""
+PYTHON_ONLY = {"    {} ({}): {}", "scene '{}' {}", "{}: {}", "{}: rays{} need more than {} bounces: raise Max Bounces",
+               "{}: lower the Min Light of {}", "{} '{}' is a library override; Blender will not save its Hybrid "
+               "settings: tick and untick Ray Traced once in {}, and save that file"}  # fmt: skip
+"""Put together of parts that are tested each by itself, below."""
+
+
+def template(node):
+    """Of a literal, with braces where something is filled in; None of anything else."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        return node.value
+    if isinstance(node, ast.JoinedStr):
+        return "".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)
+    return None
+
+
+def literals(node):
+    """All templates in lists and choices."""
+    if template(node) is not None:
+        yield template(node)
+    elif isinstance(node, ast.IfExp):
+        yield from [*literals(node.body), *literals(node.orelse)]
+    elif isinstance(node, (ast.List, ast.Tuple, ast.BoolOp)):
+        for item in node.values if isinstance(node, ast.BoolOp) else node.elts:
+            yield from literals(item)
+    elif isinstance(node, (ast.ListComp, ast.GeneratorExp)):
+        yield from literals(node.elt)
+
+
+def said():
+    """Every warning, error and reason of the code that an artist may see, as templates."""
+    for path in sorted(FOLDER.parent.rglob("*.py")):
+        if path.relative_to(FOLDER.parent).as_posix().startswith(NOT_SHOWN):
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            values = []
+            if isinstance(node, ast.FunctionDef) and node.name in TELLERS:
+                values = [n.value for n in ast.walk(node) if isinstance(n, (ast.Return, ast.AugAssign)) and n.value]
+            elif isinstance(node, ast.Call) and node.args:
+                name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+                values = node.args[:1] if name in SAYS else []
+            yield from (text for value in values for text in literals(value) if text.count(" ") > 1)
+    for table in (*coverage.PROPERTIES.values(), *coverage.SOCKETS.values(), *coverage.NODE_SETTINGS.values()):
+        yield from (f"{{}} {status.says}" for status in table.values() if isinstance(status, Named))
+    yield from (f"object {{}}: {says}" for says in (*coverage.OBJECT_TYPES.values(), *coverage.PROBE_TYPES.values()))
+    part = "5 % of the picture is darker than it should be, by 9 % of its light"
+    yield from (f"{part}: rays need more than 4 bounces: raise Max Bounces", f"{part}: lower the Min Light of 1")
+    yield f"scene {{}} {engine.USE_EEVEE}"
+    yield (
+        "object {} is a library override; Blender will not save its Hybrid settings: tick and untick Ray Traced once "
+        "in {}, and save that file"
+    )
+
+
+def test_every_message_is_said_in_german(german):
+    """A new one may wait for its translator: one in twenty."""
+    lines = sorted({text.replace("'{}'", "{}").replace("{}", "'X'") for text in set(said()) - PYTHON_ONLY})
+    assert len(lines) > 120
+    missing = [line for line in lines if translations.translated(line) == line]
+    assert len(missing) <= len(lines) // 20, missing
+
+
+def test_parts_of_a_message_are_translated_each(german):
+    spoken = translations.sentence("material 'A; b', 2 things: 'Scale' of node 'SSS' is not traced; it is drawn as "
+                                   "diffuse; node 'T' has no image; it is drawn pink")  # fmt: skip
+    assert spoken == ("Material 'A; b', 2 Dinge: 'Scale' von Node 'SSS' wird nicht verfolgt; es ist diffus; Node 'T' "
+                      "hat kein Bild; pink gezeichnet")  # fmt: skip
+    assert translations.translated("cannot retrace: 'Cube' has changed since the last render: press F12") == (
+        "Kein neues Verfolgen: 'Cube' hat sich geändert seit dem letzten Rendering: F12 drücken"
+    )
+    assert translations.translated("{} m to {}, surface {}") == "{} m bis {}, Oberfläche {}"

@@ -22,6 +22,10 @@ def lost(node):
     return sum(max(child.throughput) if child.cut else lost(child) for child in node.children)
 
 
+def each(node):
+    return [node, *(found for child in node.children for found in each(child))]
+
+
 @pytest.fixture
 def room(build):
     ball = build.icosphere(2, smooth=True)
@@ -42,6 +46,8 @@ def test_the_parts_of_a_pixel_add_up_to_it(room, settings):
         tree = explain(compiled, x, y)
         np.testing.assert_allclose(total(tree), film.radiance[y, x], rtol=1e-5)
         assert lost(tree) == pytest.approx(film.residual[y, x], rel=1e-5, abs=1e-9)
+        for node in each(tree):
+            np.testing.assert_allclose(np.sum([(0, 0, 0), *node.parts.values()], axis=0), node.adds, rtol=1e-6)
 
 
 def test_fog_and_what_absorbs_are_part_of_it(build):
@@ -85,7 +91,19 @@ def test_lamps_on_the_way_are_named_and_add_up(build):
     tree = explain(CompiledScene(s, settings), 8, 8)
     np.testing.assert_allclose(total(tree), (3.2, 2.3, 1.4), rtol=1e-5)
     assert tree.children[0].lamps == ("softbox",) and tree.lamps == ()
-    assert "reflected 100 %, past light 'softbox': the world" in pixel_text(s, tree, 8, 8)
+    text = pixel_text(s, tree, 8, 8)
+    assert "reflected 100 %, past light 'softbox': it leaves the scene; world 0.2 0.3 0.4, lamps 3 2 1" in text
+    assert text.splitlines()[0].endswith("of it world 13 %, lamps 87 %")
+
+
+def test_what_a_surface_emits_is_told_from_the_light_that_it_gets(build):
+    """A floor of albedo 0.5 that glows, under a world of radiance 1: it sends on half of that."""
+    floor = build.quad([(-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0)])
+    s = build.scene((floor, build.matte((0.5, 0.5, 0.5), emission=(0.1, 0.2, 0.3))), world=World((1, 1, 1)))
+    tree = explain(CompiledScene(s, Settings(1, 2)), 8, 8)
+    np.testing.assert_allclose(tree.parts["emission"], (0.1, 0.2, 0.3), rtol=1e-5)
+    np.testing.assert_allclose(tree.parts["light"], (0.5, 0.5, 0.5), rtol=1e-5)
+    assert "; light 0.5 0.5 0.5, emission 0.1 0.2 0.3" in pixel_text(s, tree, 8, 8)
 
 
 @pytest.mark.parametrize("projection", ["PERSP", "ORTHO"])

@@ -14,15 +14,20 @@ from functools import cache
 import bpy
 
 from .german import GERMAN
+from .german_editor import EDITOR
 from .german_messages import MESSAGES
 from .german_presets import PRESETS
+from .german_warnings import KINDS, PIXEL, WARNINGS
 
-LANGUAGES = {"de_DE": {**GERMAN, **PRESETS}}
+LANGUAGES = {"de_DE": {**GERMAN, **EDITOR, **PRESETS}}
 """Words, names, tooltips: English -> the language's own."""
 
-SENTENCES = {"de_DE": MESSAGES}
-"""Warnings and errors: templates, in which {} stands for what differs."""
+SENTENCES = {"de_DE": {**MESSAGES, **WARNINGS, **PIXEL}}
+"""Warnings and errors: templates, in which {} stands for what differs: a name, a number, or a part with a template of
+its own."""
 
+KINDS_IN = {"de_DE": KINDS}
+"""Kinds of datablocks, as they stand before a name."""
 
 CONTEXT = "Hybrid"
 """Of words that Blender has, too, and translates to something else."""
@@ -56,22 +61,41 @@ def sentence(text: str) -> str:
 
 
 def translated(text: str) -> str:
-    """By the first template that fits; of several things of one owner each by itself."""
+    """By the first template that fits, part by part; of several things of one owner each by itself."""
     locale = known(bpy.app.translations.locale)
     if not words() or locale not in SENTENCES:
         return text
+    whole = _by_template(text, locale)
+    if whole is not None:
+        return whole
+    owned = OWNED.fullmatch(text)
+    if owned is not None:
+        kind, name, many, what = owned.groups()
+        kinds = KINDS_IN[locale]
+        many = f", {many} {kinds['things']}" if many else ""
+        return f"{kinds.get(kind, kind)} {name}{many}: {translated(what)}"
+    parts = text.split("; ")
+    for end in range(len(parts) - 1, 0, -1):  # what is listed may have a semicolon of its own: as much as fits
+        first = _by_template("; ".join(parts[:end]), locale)
+        if first is not None or end == 1:
+            return f"{translated(parts[0]) if first is None else first}; {translated('; '.join(parts[end:]))}"
+    head, between, rest = text.partition(": ")
+    return f"{translated(head)}: {translated(rest)}" if between else text
+
+
+def _by_template(text: str, locale: str) -> str | None:
+    """The whole text by a template; None: none fits."""
     for pattern, own in _patterns(locale):
         found = pattern.fullmatch(text)
         if found is not None:
-            return own.format(*found.groups())
-    owned = OWNED.fullmatch(text)
-    if owned is not None:
-        return f"{owned[1]}: {translated(owned[2])}"
-    parts = text.split("; ")
-    return "; ".join(map(translated, parts)) if len(parts) > 1 else text
+            return own.format(*(part if NAME.fullmatch(part) else translated(part) for part in found.groups()))
+    return None
 
 
-OWNED = re.compile(r"""(\w+ (?:'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")(?:, \d+ things)?): (.+)""")
+NAME = re.compile(r"""'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*"|[\d.,]+|\{\}""")
+"""A name as repr() writes it, a number, or the place of one: nothing to translate."""
+
+OWNED = re.compile(r"""(\w+) ('(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")(?:, (\d+) things)?: (.+)""")
 """What is to be said of one datablock begins with its kind and its name, as repr() writes it."""
 
 

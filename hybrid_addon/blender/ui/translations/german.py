@@ -237,36 +237,6 @@ GERMAN = {
     "All of them: {}, {:.2g} s to build": "Alle zusammen: {}, {:.2g} s zum Aufbauen",
     "An estimate from a coarse picture traced here": "Geschätzt nach einem groben Bild, das hier verfolgt wurde",
     "Objects that need rays: {}": "Objekte, die Raytracing brauchen: {}",
-    # the Image Editor
-    "Why Is This Pixel Like This?": "Warum ist dieser Pixel so?",
-    "Click a pixel to read its rays: the objects that they hit, and the light that each contributes": (
-        "Einen Pixel anklicken: seine Strahlen, was sie trafen und was jeder von ihnen brachte, als Text"
-    ),
-    "Click a pixel of the picture.  Esc: Cancel": "Einen Pixel des Bildes anklicken.  Esc: Abbrechen",
-    "{} more lines: text '{}'": "{} weitere Zeilen: Text '{}'",
-    "From the left edge of the frame": "Vom linken Bildrand",
-    "From the lower edge of the frame": "Vom unteren Bildrand",
-    "Retrace": "Neu verfolgen",
-    "Trace the ray traced objects again over the last render; EEVEE draws nothing again": (
-        "Die Objekte mit Raytracing über dem letzten Bild neu verfolgen; EEVEE zeichnet nichts neu"
-    ),
-    "A render is running": "Es wird gerade gerendert",
-    "Insets": "Einblendungen",
-    "Show mask and traced half as small pictures over the Render Result": (
-        "Maske und verfolgte Hälfte als zwei kleine Bilder über dem Renderergebnis"
-    ),
-    "Picture of the last render that the Image Editor shows": (
-        "Was der Bildeditor vom letzten Rendern zeigt, in voller Größe"
-    ),
-    "Picture": "Bild",
-    "The Render Result: both halves, and your compositor nodes": (
-        "Das Renderergebnis: beide Hälften und die eigenen Compositor-Nodes"
-    ),
-    "EEVEE's Half": "EEVEEs Hälfte",
-    "What EEVEE drew, times 1 - mask": "Was EEVEE gezeichnet hat, mal 1 - Maske",
-    "Traced Half": "Verfolgte Hälfte",
-    "What the ray tracer drew, times the mask": "Was der Raytracer gezeichnet hat, mal Maske",
-    "Share of each pixel that ray traced objects cover": "Anteil jedes Pixels, den Objekte mit Raytracing bedecken",
     # beside fields, and titles of panels
     "Bounces": "Abprallungen",
     "Threshold": "Schwelle",

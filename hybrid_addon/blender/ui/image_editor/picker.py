@@ -1,20 +1,44 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Why is this pixel like this: click one in the Image Editor, read its ray tree."""
+"""Why is this pixel like this: click one in the Image Editor, read its ray tree beside it, in the sidebar."""
 
 # No `from __future__ import annotations` here: Blender reads operator properties from the annotations themselves.
+
+import contextlib
+from dataclasses import dataclass
 
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
-from .. import api, scan
-from ..errors import HybridError
-from ..render import eevee_half, engine
+from ... import api, scan
+from ...errors import HybridError
+from ...render import eevee_half, engine, growing, main_thread
+from ..translations import translated
 
 TEXT = "Hybrid Pixel"
 """Name of the text datablock that holds the last answer."""
 
-POPUP_LINES = 30
-"""As many lines of it are shown on the spot; the text has them all."""
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What was last said of a pixel. of: scene's name, and what its size came from; x, y: of the full frame."""
+
+    of: tuple[object, ...]
+    x: int
+    y: int
+    lines: tuple[str, ...]
+
+
+_last: list[Answer] = []
+
+
+def answered(scene: bpy.types.Scene) -> Answer | None:
+    """What was last said of a pixel of this scene, unless its size or its border has changed since then."""
+    return _last[0] if _last and _last[0].of == (scene.name, growing.frame_of(scene)) else None
+
+
+def forget() -> None:
+    """Another file: let go of the answer."""
+    _last.clear()
 
 
 def refusal(scene: bpy.types.Scene) -> str:
@@ -90,17 +114,19 @@ class HYBRID_OT_explain_pixel(bpy.types.Operator):
             return {"CANCELLED"}
         result = self.execute(context)
         if result == {"FINISHED"}:
-            context.window_manager.popup_menu(_draw_answer, title=self.bl_label, icon="VIEWZOOM")
+            _show_beside(context, event.mouse_x - region.x)
         return result
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         try:
-            answer = api.explain(self.x, self.y, context.scene)
+            answer = scan.explained(self.x, self.y, context.scene, translated)
         except HybridError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         text = bpy.data.texts.get(TEXT) or bpy.data.texts.new(TEXT)
         text.from_string(answer)
+        _last[:] = [Answer((context.scene.name, growing.frame_of(context.scene)), self.x, self.y,
+                           tuple(answer.splitlines()))]  # fmt: skip
         self.report({"INFO"}, f"{answer.splitlines()[0]} (text '{TEXT}')")
         return {"FINISHED"}
 
@@ -109,14 +135,31 @@ class HYBRID_OT_explain_pixel(bpy.types.Operator):
         context.workspace.status_text_set(None)
 
 
-def _draw_answer(popup: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    lines = bpy.data.texts[TEXT].as_string().rstrip().splitlines()
-    column = popup.layout.column(align=True)
-    for line in lines[:POPUP_LINES]:
-        column.label(text=line, translate=False)
-    if len(lines) > POPUP_LINES:
-        text = iface_("{} more lines: text '{}'").format(len(lines) - POPUP_LINES, TEXT)
-        column.label(text=text, translate=False)
+def _show_beside(context: bpy.types.Context, x: float) -> None:
+    """Open the sidebar at our tab, and move the picture out from under it if the pixel, `x` pixels to the right, is
+    there."""
+    area, space = context.area, context.space_data
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    sidebar = next((region for region in area.regions if region.type == "UI"), None)
+    space.show_region_ui = True
+    if sidebar is None:
+        return
+    main_thread.post(lambda: _choose_tab(area, sidebar))
+    hidden = x - (region.width - SIDEBAR * context.preferences.system.ui_scale)
+    if context.preferences.system.use_region_overlap and hidden > 0:
+        with context.temp_override(area=area, region=region):
+            bpy.ops.image.view_pan("EXEC_DEFAULT", offset=(hidden / max(space.zoom[0], 1e-3), 0.0))
+
+
+SIDEBAR = 270
+"""Pixels of a display of scale 1 at the right edge that the sidebar may hide."""
+
+
+def _choose_tab(area: bpy.types.Area, sidebar: bpy.types.Region) -> None:
+    """Once the sidebar is open: a closed one has no tabs yet."""
+    with contextlib.suppress(ReferenceError, TypeError, AttributeError):
+        sidebar.active_panel_category = "Hybrid"
+        area.tag_redraw()
 
 
 CLASSES = (HYBRID_OT_explain_pixel,)

@@ -8,6 +8,7 @@ until the engine lets go of the interpreter, the engine, which reads the render 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 from weakref import ref
 
@@ -15,13 +16,13 @@ import blf
 import bpy
 import numpy as np
 
-from ...scene import Float32
-from .. import session
-from ..preview.display import Display
-from ..render import growing
-from ..session import Frame, SoFar
-from . import picker
-from .translations import sentence
+from ....scene import Float32
+from ... import session
+from ...preview.display import Display
+from ...render import growing
+from ...session import Frame, SoFar
+from ..translations import iface, sentence
+from . import picker, slots, wipe
 
 PIXELS = 320
 """Largest width and height of the pictures that are kept for drawing."""
@@ -31,6 +32,9 @@ SHARE = 0.2
 
 MARGIN, LABEL = 10, 11
 """Around each inset, and the size of its name, in pixels of a display of scale 1."""
+
+MARKER = 9
+"""Least width of the frame around a pixel that was asked for, likewise."""
 
 BAR = 3
 """Height of the bar that says how far a render is, likewise."""
@@ -42,7 +46,8 @@ class _Drawn:
 
     pictures : (frame and display, what the insets look like).
     quads    : (the same and their rectangles, what is drawn).
-    whole    : (frame, display, what is shown and where; what is drawn).
+    part     : (frame, display and what is shown; what that looks like).
+    whole    : (the same and where, what is drawn).
     growing  : (picture so far, display, what it looks like; where, what is drawn).
 
     A frame is known by a weak reference: its planes are large, and the address of one that is gone is another's soon.
@@ -50,19 +55,12 @@ class _Drawn:
 
     pictures: tuple[Any, dict[str, Float32]] | None = None
     quads: tuple[Any, list[tuple[str, Any]]] | None = None
+    part: tuple[Any, Float32 | None] | None = None
     whole: tuple[Any, Any] | None = None
     growing: tuple[Float32, Display, Float32, Any, Any] | None = None
 
 
 _drawn = _Drawn()
-
-
-def redraw() -> None:
-    """All image editors, soon."""
-    for window in getattr(bpy.context.window_manager, "windows", ()):
-        for area in window.screen.areas:
-            if area.type == "IMAGE_EDITOR":
-                area.tag_redraw()
 
 
 class HYBRID_GT_insets(bpy.types.Gizmo):
@@ -72,18 +70,16 @@ class HYBRID_GT_insets(bpy.types.Gizmo):
 
     def draw(self, context: bpy.types.Context) -> None:
         """In each redraw of an image editor."""
-        own = session.of(context.scene.name)
         so_far = growing_in(context)
         if so_far is not None:
             _draw_growing(context, so_far)
             return
-        frame = own.frame
-        if frame is None:
-            return
-        if context.scene.hybrid.shown != "PICTURE":
+        frame = slots.frame_shown(context.scene)
+        if wipe.is_shown(context):
             _draw_whole(context, frame)
-        if context.scene.hybrid.insets:
+        if frame is not None and context.scene.hybrid.insets:
             _draw(context, frame)
+        _draw_marker(context)
 
     def test_select(self, _context: bpy.types.Context, _location: Any) -> int:
         """Never hit."""
@@ -104,11 +100,14 @@ class HYBRID_GGT_insets(bpy.types.GizmoGroup):
         """Whether this editor has them."""
         settings = context.scene.hybrid
         wanted = settings.insets or settings.shown != "PICTURE" or growing_in(context) is not None
+        wanted = wanted or picker.answered(context.scene) is not None
         return settings.enabled and wanted and picker.shows_render(context.space_data)
 
     def setup(self, _context: bpy.types.Context) -> None:
         """Once for each editor."""
         self.gizmos.new(HYBRID_GT_insets.bl_idname)
+        line = self.gizmos.new(wipe.HYBRID_GT_wipe.bl_idname)
+        line.use_draw_modal = True
 
 
 def growing_in(context: bpy.types.Context) -> SoFar | None:
@@ -153,28 +152,62 @@ def _rectangle(context: bpy.types.Context, window: tuple[int, int, int, int]) ->
     return tuple(n for corner in corners for n in context.region.view2d.view_to_region(*corner, clip=False))
 
 
-def _draw_whole(context: bpy.types.Context, frame: Frame) -> None:
-    """One of the parts, exactly over the picture."""
-    scene, region = context.scene, context.region
-    rectangle = _rectangle(context, frame.window)
-    key = (ref(frame), Display.of(scene), scene.hybrid.shown, rectangle)
-    if _drawn.whole is None or _drawn.whole[0] != key:
-        pixels = part(frame, key[1], key[2])
-        _drawn.whole = (key, None if pixels is None else _quad(pixels, rectangle))
-    if _drawn.whole[1] is not None:
-        _drawn.whole[1].draw((region.width, region.height))
-        scale = context.preferences.system.ui_scale
-        name = scene.hybrid.bl_rna.properties["shown"].enum_items[scene.hybrid.shown].name
-        _label(name, rectangle[0] + 4 * scale, rectangle[3] - (LABEL + 3) * scale, scale)
+def _draw_whole(context: bpy.types.Context, frame: Frame | None) -> None:
+    """One of the parts, or another slot's picture, over the picture's left part, up to the wipe."""
+    scene, region, settings = context.scene, context.region, context.scene.hybrid
+    display = Display.of(scene)
+    if settings.shown == slots.LAST_CHOICE:
+        pixels, window = slots.other_picture(scene), picker.shown_window(scene)
+        name = iface("Slot {}").format(settings.compare_slot)
+        key: Any = id(pixels)
+    elif frame is not None:
+        key, window = (ref(frame), display, settings.shown), frame.window
+        if _drawn.part is None or _drawn.part[0] != key:
+            _drawn.part = (key, part(frame, display, settings.shown))
+        pixels = _drawn.part[1]
+        name = iface(settings.bl_rna.properties["shown"].enum_items[settings.shown].name)
+    else:
+        return
+    x0, y0, x1, y1 = rectangle = _rectangle(context, window)
+    until = min(max(round(wipe.place(context)), x0), x1)
+    if pixels is None or until <= x0:
+        return
+    if _drawn.whole is None or _drawn.whole[0] != (key, rectangle, until):
+        columns = min(max(1, round(pixels.shape[1] * (until - x0) / (x1 - x0))), pixels.shape[1])
+        shown = x0 + (x1 - x0) * columns / pixels.shape[1]
+        quad = _quad(np.ascontiguousarray(pixels[:, :columns]), (x0, y0, shown, y1))
+        _drawn.whole = ((key, rectangle, until), quad)
+    _drawn.whole[1].draw((region.width, region.height))
+    scale = context.preferences.system.ui_scale
+    _label(name, max(x0, 0) + 4 * scale, min(y1, region.height) - (LABEL + 3) * scale, scale)
+
+
+def _draw_marker(context: bpy.types.Context) -> None:
+    """Around the pixel of which the panel tells."""
+    from ...preview.draw import line
+
+    answer = picker.answered(context.scene)
+    if answer is None:
+        return
+    scale, size = context.preferences.system.ui_scale, (context.region.width, context.region.height)
+    x0, y0, x1, y1 = _rectangle(context, (answer.x, answer.y, answer.x + 1, answer.y + 1))
+    wider = max(0.0, (MARKER * scale - (x1 - x0)) / 2)
+    x0, y0, x1, y1 = x0 - wider, y0 - wider, x1 + wider, y1 + wider
+    corners = ((x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0))
+    for color, width in (((0.0, 0.0, 0.0, 1.0), 3.0), ((1.0, 1.0, 1.0, 1.0), 1.0)):
+        for start, end in pairwise(corners):
+            line(start, end, color, width * scale, size)
 
 
 def part(frame: Frame, display: Display, shown: str) -> Float32 | None:
     """What a part of a frame looks like: (h, w, 4) display values, opaque; None if there is none of it."""
     if shown == "MASK":
-        gray = np.clip(frame.mask, 0, 1)
+        gray = np.clip(np.asarray(frame.mask, np.float32), 0, 1)
         return np.dstack([gray, gray, gray, np.ones_like(gray)])
     half = frame.raster if shown == "RASTER" else frame.traced
-    return None if half is None else np.dstack([display.encode(half[..., :3]), np.ones_like(frame.mask)])
+    if half is None:
+        return None
+    return np.dstack([display.encode(np.asarray(half[..., :3], np.float32)), np.ones(frame.mask.shape, np.float32)])
 
 
 def _draw(context: bpy.types.Context, frame: Frame) -> None:
@@ -203,7 +236,8 @@ def _label(text: str, x: float, y: float, scale: float) -> None:
 
 def pictures(frame: Frame, display: Display) -> dict[str, Float32]:
     """What a frame's insets look like, small: (h, w, 4) display values, opaque."""
-    mask, traced = (_shrink(plane) for plane in (frame.mask[..., None], frame.traced[..., :3]))
+    planes = (frame.mask[..., None], frame.traced[..., :3])
+    mask, traced = (_shrink(np.asarray(plane, np.float32)) for plane in planes)
     gray = np.repeat(np.clip(mask, 0, 1), 3, axis=2)
     opaque = np.ones_like(mask)
     return {name: np.dstack([rgb, opaque]) for name, rgb in (("Mask", gray), ("Traced", display.encode(traced)))}
@@ -237,15 +271,15 @@ def _make_quads(shown: dict[str, Float32], rectangles: Any) -> list[tuple[str, A
 
 
 def _quad(pixels: Float32, rectangle: Any) -> Any:
-    from ..preview.draw import Quad
-    from ..preview.job import Picture
+    from ...preview.draw import Quad
+    from ...preview.job import Picture
 
     return Quad(Picture(pixels, rectangle, ""), sharp=True)
 
 
 def forget() -> None:
     """Let go of the pictures."""
-    _drawn.pictures = _drawn.quads = _drawn.whole = _drawn.growing = None
+    _drawn.pictures = _drawn.quads = _drawn.part = _drawn.whole = _drawn.growing = None
 
 
 CLASSES = (HYBRID_GT_insets, HYBRID_GGT_insets)
