@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from pathlib import Path
 
@@ -17,6 +16,7 @@ sys.path.insert(0, str(ROOT))
 
 import bpy  # noqa: E402
 import numpy as np  # noqa: E402
+from leave import leave  # noqa: E402
 
 import hybrid_addon as hybrid  # noqa: E402
 from hybrid_addon.blender import cli  # noqa: E402
@@ -102,6 +102,4 @@ def row(paths: list[Path], target: Path) -> None:
 
 
 if __name__ == "__main__":
-    code = main()
-    sys.stdout.flush()
-    os._exit(code)  # bpy 4.5's static destructors wait for ever after an EEVEE render
+    leave(main())

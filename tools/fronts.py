@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -22,6 +21,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tools")]
 
 import bpy  # noqa: E402
+from leave import leave  # noqa: E402
 from pages import blocks  # noqa: E402
 
 import hybrid_addon as hybrid  # noqa: E402
@@ -128,6 +128,4 @@ def _row(report: Mapping[str, Any], preset: Mapping[str, Any]) -> Sequence[str]:
 
 if __name__ == "__main__":
     assert bpy.app.background
-    code = main()
-    sys.stdout.flush()
-    os._exit(code)  # bpy 4.5's static destructors wait for ever after an EEVEE render
+    leave(main())

@@ -12,7 +12,6 @@ asks for likewise. What does not apply shows the noise.
 from __future__ import annotations
 
 import argparse
-import os
 import statistics
 import sys
 import time
@@ -26,6 +25,10 @@ from hybrid_addon.scene import Scene, Settings
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.materials.surfaces import compile_surfaces
 from tests.tracer.unpruned import EXACT, without
+
+sys.path.append(str(Path(__file__).resolve().parent))
+
+from leave import leave
 
 ENDLESS = "weightless"
 """That without which rays double at each bounce, to no end."""
@@ -135,5 +138,4 @@ def main() -> None:
 
 if __name__ == "__main__":
     main()
-    sys.stdout.flush()
-    os._exit(0)  # Blender's static destructors can hang
+    leave()

@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -21,6 +20,8 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tools")]
+
+from leave import leave  # noqa: E402
 
 LIMIT = 900  # seconds for one file
 KINDS = ("eevee", "hybrid", "full", "cycles")
@@ -39,8 +40,7 @@ def main() -> int:
     arguments.output.mkdir(parents=True, exist_ok=True)
     if arguments.inside:
         _one(arguments.files[0], arguments)
-        sys.stdout.flush()
-        os._exit(0)  # 4.5's bpy can hang in exit after EEVEE
+        leave()
     files = [f for path in arguments.files for f in (sorted(path.glob("*.blend")) if path.is_dir() else [path])]
     failed = [f.name for f in files if not _unharmed(f, arguments)]
     print(

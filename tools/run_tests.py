@@ -4,12 +4,9 @@
 Run as ``python tools/run_tests.py [pytest's arguments]``; the exit code is pytest's own.
 """
 
-import os
 import sys
 
 import pytest
+from leave import leave
 
-code = pytest.main(sys.argv[1:])
-sys.stdout.flush()
-sys.stderr.flush()
-os._exit(int(code))
+leave(int(pytest.main(sys.argv[1:])))

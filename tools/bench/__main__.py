@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 import time
 import traceback
@@ -16,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tools")]
 
 import bpy  # noqa: E402
+from leave import leave  # noqa: E402
 from pages import blocks  # noqa: E402
 
 import hybrid_addon  # noqa: E402
@@ -120,6 +120,4 @@ def _renderer() -> str:
 
 if __name__ == "__main__":
     assert bpy.app.background
-    code = main()
-    sys.stdout.flush()
-    os._exit(code)  # bpy 4.5's static destructors wait for ever after an EEVEE render
+    leave(main())

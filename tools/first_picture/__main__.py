@@ -5,9 +5,7 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import statistics
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -15,6 +13,7 @@ from typing import Any
 import bpy
 from bench.measure import host
 from bench.table import Table
+from leave import leave
 from pages import blocks
 
 import hybrid_addon as hybrid
@@ -115,6 +114,4 @@ def tabulated(figures: Mapping[str, Mapping[str, Any]]) -> Table:
 
 if __name__ == "__main__":
     assert bpy.app.background
-    code = main()
-    sys.stdout.flush()
-    os._exit(code)  # bpy 4.5's static destructors wait for ever after an EEVEE render
+    leave(main())

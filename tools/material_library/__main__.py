@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import bpy
 from bench.table import Table
+from leave import leave
 
 import hybrid_addon as hybrid
 
@@ -83,6 +82,4 @@ def tabulated(found: Mapping[str, Mapping[str, Any]]) -> Table:
 
 if __name__ == "__main__":
     assert bpy.app.background
-    code = main()
-    sys.stdout.flush()
-    os._exit(code)  # bpy 4.5's static destructors wait for ever after an EEVEE render
+    leave(main())

@@ -213,93 +213,96 @@ SHORT = functions(core.SHORT, LONG)
 
 def declare(form: core.Format, of: Functions, row: Any) -> None:
     """Declare the kernels of a format; row: the type of its arrays (n,)."""
-    name = f"procedural.elementary.{{}}_{form.number.__name__}".format
-    one = form.number(1)
     tiny, inf, most, huge, zero = (form.number(v) for v in (form.tiny, np.inf, form.most, form.huge, 0))
-    exp_of, expm1_of, near_0_of, arctan2_of = of.exp, of.expm1, of.sincos_near_0, of.arctan2
-    log_of, log1p_of, sincos_of = of.log, of.log1p, of.sincos
-    normal_log, normal_log1p, normal_sincos, normal_arctan2 = (
-        of.normal_log, of.normal_log1p, of.normal_sincos, of.normal_arctan2
-    )  # fmt: skip
+    least_above = -form.number(1)
 
-    @kernel(name("exp"), [(row,)])
-    def exp(x):
+    @helper
+    def every(x):
+        return True
+
+    @helper
+    def is_normal(x):
+        return x >= tiny and x < inf
+
+    @helper
+    def is_above(x):
+        return x > least_above and x < inf
+
+    @helper
+    def is_small(x):
+        return abs(x) < most
+
+    @helper
+    def has_angle(y, x):
+        high = largest(abs(x), abs(y))
+        return high > zero and high < huge
+
+    of_one(form, "exp", of.exp, of.exp, every, row)
+    of_one(form, "expm1", of.expm1, of.expm1, every, row)
+    of_one(form, "log", of.normal_log, of.log, is_normal, row)
+    of_one(form, "log1p", of.normal_log1p, of.log1p, is_above, row)
+    of_one(form, "sincos", of.normal_sincos, of.sincos, is_small, row, results=2)
+    of_one(form, "sincos_near_0", of.sincos_near_0, of.sincos_near_0, every, row, results=2)
+    of_two(form, "arctan2", of.normal_arctan2, of.arctan2, has_angle, row)
+
+
+def of_one(form: core.Format, name: str, normal: Any, whole: Any, usual: Any, row: Any, results: int = 1) -> None:
+    """The kernel of a function of one number, which gives one or two.
+
+    normal : has no branches, so that the loop over it takes several numbers at once; it is for those that are usual.
+    whole  : for all others, in a loop of its own.
+    """
+    one = form.number(1)
+
+    if results == 1:
+
+        def loop(x):
+            result = np.empty_like(x)
+            for i in range(len(x)):
+                result[i] = normal(x[i] if usual(x[i]) else one)
+            for i in range(len(x)):
+                if not usual(x[i]):
+                    result[i] = whole(x[i])
+            return (result,)
+
+    else:
+
+        def loop(x):
+            first, second = np.empty_like(x), np.empty_like(x)
+            for i in range(len(x)):
+                first[i], second[i] = normal(x[i] if usual(x[i]) else one)
+            for i in range(len(x)):
+                if not usual(x[i]):
+                    first[i], second[i] = whole(x[i])
+            return first, second
+
+    kernel(f"procedural.elementary.{name}_{form.number.__name__}", [(row,)])(loop)
+
+
+def of_two(form: core.Format, name: str, normal: Any, whole: Any, usual: Any, row: Any) -> None:
+    """The kernel of a function of two numbers; see `of_one`."""
+    one = form.number(1)
+
+    def loop(x, y):
         result = np.empty_like(x)
         for i in range(len(x)):
-            result[i] = exp_of(x[i])
+            ordinary = usual(x[i], y[i])
+            result[i] = normal(x[i] if ordinary else one, y[i] if ordinary else one)
+        for i in range(len(x)):
+            if not usual(x[i], y[i]):
+                result[i] = whole(x[i], y[i])
         return (result,)
 
-    @kernel(name("expm1"), [(row,)])
-    def expm1(x):
-        result = np.empty_like(x)
-        for i in range(len(x)):
-            result[i] = expm1_of(x[i])
-        return (result,)
-
-    @kernel(name("log"), [(row,)])
-    def log(x):
-        result = np.empty_like(x)
-        for i in range(len(x)):
-            result[i] = normal_log(x[i] if x[i] >= tiny and x[i] < inf else one)
-        for i in range(len(x)):
-            if not (x[i] >= tiny and x[i] < inf):
-                result[i] = log_of(x[i])
-        return (result,)
-
-    @kernel(name("log1p"), [(row,)])
-    def log1p(x):
-        result = np.empty_like(x)
-        for i in range(len(x)):
-            result[i] = normal_log1p(x[i] if x[i] > -one and x[i] < inf else one)
-        for i in range(len(x)):
-            if not (x[i] > -one and x[i] < inf):
-                result[i] = log1p_of(x[i])
-        return (result,)
-
-    @kernel(name("sincos"), [(row,)])
-    def sincos(x):
-        sine, cosine = np.empty_like(x), np.empty_like(x)
-        for i in range(len(x)):
-            sine[i], cosine[i] = normal_sincos(x[i] if abs(x[i]) < most else one)
-        for i in range(len(x)):
-            if not abs(x[i]) < most:
-                sine[i], cosine[i] = sincos_of(x[i])
-        return sine, cosine
-
-    @kernel(name("sincos_near_0"), [(row,)])
-    def sincos_near_0(x):
-        sine, cosine = np.empty_like(x), np.empty_like(x)
-        for i in range(len(x)):
-            sine[i], cosine[i] = near_0_of(x[i])
-        return sine, cosine
-
-    @kernel(name("arctan2"), [(row, row)])
-    def arctan2(y, x):
-        result = np.empty_like(x)
-        for i in range(len(x)):
-            high = largest(abs(x[i]), abs(y[i]))
-            result[i] = normal_arctan2(y[i] if high < huge else one, x[i] if high > zero and high < huge else one)
-        for i in range(len(x)):
-            high = largest(abs(x[i]), abs(y[i]))
-            if not (high > zero and high < huge):
-                result[i] = arctan2_of(y[i], x[i])
-        return (result,)
+    kernel(f"procedural.elementary.{name}_{form.number.__name__}", [(row, row)])(loop)
 
 
+@helper
+def has_power(x, y):
+    """Whether x ** y needs no case of its own."""
+    return x >= TINY and x < INF and abs(y) < INF
+
+
+TINY, INF = core.LONG.tiny, np.inf
 declare(core.SHORT, SHORT, f4[1])
 declare(core.LONG, LONG, f8[1])
-_power, _normal_power = LONG.power, LONG.normal_power
-TINY, INF, ONE = core.LONG.tiny, np.inf, 1.0
-
-
-@kernel("procedural.elementary.power_float64", [(f8[1], f8[1])])
-def power(x, y):
-    """See the twin."""
-    result = np.empty_like(x)
-    for i in range(len(x)):
-        usual = x[i] >= TINY and x[i] < INF and abs(y[i]) < INF
-        result[i] = _normal_power(x[i] if usual else ONE, y[i] if usual else ONE)
-    for i in range(len(x)):
-        if not (x[i] >= TINY and x[i] < INF and abs(y[i]) < INF):
-            result[i] = _power(x[i], y[i])
-    return (result,)
+of_two(core.LONG, "power", LONG.normal_power, LONG.power, has_power, f8[1])

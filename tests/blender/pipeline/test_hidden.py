@@ -122,7 +122,10 @@ def test_handlers_of_others_run_as_often_and_with_the_same_scenes(scene, cube, t
         lists[1].remove(after)
 
 
-def test_a_handler_that_is_added_while_others_are_hidden_stays(scene):
+@pytest.fixture
+def frame_handlers(scene):
+    """Blender's list with one handler in it, that handler, and one that is to be added."""
+
     def early(*_):
         pass
 
@@ -131,24 +134,22 @@ def test_a_handler_that_is_added_while_others_are_hidden_stays(scene):
 
     handlers = bpy.app.handlers.frame_change_post
     handlers.append(early)
+    yield handlers, early, late
+    handlers.remove(early)
+    handlers.remove(late)
+
+
+def test_a_handler_that_is_added_while_others_are_hidden_stays(frame_handlers):
+    handlers, early, late = frame_handlers
     others_handlers.hide()
     assert early not in handlers
     handlers.append(late)
     others_handlers.show()
     assert early in handlers and late in handlers
-    handlers.remove(early)
-    handlers.remove(late)
 
 
-def test_handlers_that_are_hidden_twice_come_back(scene):
-    def early(*_):
-        pass
-
-    def late(*_):
-        pass
-
-    handlers = bpy.app.handlers.frame_change_post
-    handlers.append(early)
+def test_handlers_that_are_hidden_twice_come_back(frame_handlers):
+    handlers, early, late = frame_handlers
     others_handlers.hide()
     handlers.append(late)
     with others_handlers.hidden():
@@ -156,8 +157,6 @@ def test_handlers_that_are_hidden_twice_come_back(scene):
     assert early not in handlers and late not in handlers  # whoever hid them first shows them
     others_handlers.show()
     assert early in handlers and late in handlers
-    handlers.remove(early)
-    handlers.remove(late)
 
 
 # ------------------------------------------------------------------------------------------------ drivers
