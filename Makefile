@@ -24,12 +24,8 @@ test-kernels: venv  ## Tests of the tracer with compiled kernels in use, not num
 test-real: venv  ## Build, install and use the extension in the real Blender BLENDER= (XVFB_BLENDER=: one with a window)
 	$(RUN) tools/run_tests.py -v tests/real_blender/checks.py $(ARGS)
 
-pictures: venv  ## Make the pictures in docs/ anew (XVFB_BLENDER=)
-	mkdir -p build
-	$(RUN) tools/demo.py --output build/demo
-	$(RUN) tools/run_tests.py tests/real_blender/checks.py -k "panels or first_hour" --basetemp build/real
-	cp build/demo/hybrid.png build/real/real0/panels.png docs
-	cp build/real/real0/artist/pixel.png docs/image_editor.png
+pictures: venv  ## Make the pictures in docs/ anew (ARGS=hybrid.png: one of them; XVFB_BLENDER=)
+	$(RUN) tools/pictures.py $(ARGS)
 
 pages: venv  ## Write the parts of docs/ that come from the code anew: settings, plan, docs/followed.md
 	$(RUN) -m tools.followed

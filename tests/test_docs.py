@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tools.pages import blocks
+from tools.pictures import PICTURES
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "sample_scenes").glob("*.md")])
@@ -52,6 +53,12 @@ def broken(page: Path) -> list[str]:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_every_link_and_anchor_resolves(page: Path) -> None:
     assert not broken(page)
+
+
+def test_every_picture_is_made_by_make_pictures_and_shown() -> None:
+    assert {path.name for path in (ROOT / "docs").rglob("*.png")} == set(PICTURES)
+    shown = {Path(link).name for page in PAGES for link in LINK.findall(prose(page))}
+    assert set(PICTURES) <= shown
 
 
 def test_a_broken_link_is_found(tmp_path: Path) -> None:
