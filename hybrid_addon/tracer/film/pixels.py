@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...accelerated import accelerated
 from ...procedural import elementary
 from ...scene import Float32, Float64
 from ..core.constants import HALVES_TO_ERROR, SAMPLING_SLOPE
@@ -88,42 +89,24 @@ class PixelBuffer:
         weights = self.filter.weights(first, count)
         for start in range(0, len(pixels), GIVE_CHUNK):
             chunk = pixels[start : start + GIVE_CHUNK]
-            m, of_chunk = len(chunk), slice(start * count, (start + GIVE_CHUNK) * count)
-            values = np.empty((count, self.given.shape[1], m), np.float32)
-            values[:, RADIANCE] = sample_buffer.radiance[:, of_chunk].reshape(3, m, count).transpose(2, 0, 1)
-            values[:, SEEN] = sample_buffer.seen[of_chunk].reshape(m, count).T
-            values[:, RESIDUAL] = sample_buffer.residual[of_chunk].reshape(m, count).T
+            of_chunk = slice(start * count, (start + GIVE_CHUNK) * count)
+            values = np.empty((self.given.shape[1], len(chunk) * count), np.float32)
+            values[RADIANCE] = sample_buffer.radiance[:, of_chunk]
+            values[SEEN] = sample_buffer.seen[of_chunk]
+            values[RESIDUAL] = sample_buffer.residual[of_chunk]
             for name, rows in self.rows.items():
-                values[:, rows] = sample_buffer.aovs[name][:, of_chunk].reshape(-1, m, count).transpose(2, 0, 1)
+                values[rows] = sample_buffer.aovs[name][:, of_chunk]
             if self.adaptive is not None and sample_buffer.signatures is not None:
-                signature = sample_buffer.signatures.values[of_chunk].reshape(m, count)
-                counts, is_first = values[:, SEEN, None] > 0, self.samples[chunk] == 0
-                self.adaptive.add(chunk, values[:, RADIANCE], counts, signature, is_first)
-            self._give(chunk, values, weights, first)
+                signature = sample_buffer.signatures.values[of_chunk].reshape(-1, count)
+                own, is_first = _by_sample(values[OWN], count), self.samples[chunk] == 0
+                self.adaptive.add(chunk, own[:, RADIANCE], own[:, SEEN, None] > 0, signature, is_first)
+            self._note(chunk, *give(self.given, chunk, values, weights, first), first, count)
         self.samples[pixels] += count
 
-    def _give(self, pixels: Pixels, values: Float32, weights: Float32, first: int) -> None:
-        """Add values (count, c, m) under the weights (k, count), and see how far their halves differ."""
-        where, count = as_slice(pixels), len(values)
-        given = np.zeros((len(self.given), *values.shape[1:]), np.float32) if first == 0 else self.given[:, :, where]
-        # What is no number stays in its own pixel.
-        sound = values
-        if not np.isfinite(values).all():
-            sound = np.where(np.isfinite(values).all(axis=1, keepdims=True), values, np.float32(0))
-        middle = (first + count) // 2 - first  # the first sample of the second half
-        second = np.zeros((4, values.shape[2]), np.float32)
-        half, product = second, np.empty_like(values[0])
-        for s in range(count):
-            if s == middle:
-                half = given[0, OWN].copy()
-            for k in np.flatnonzero(weights[:, s]).tolist():
-                np.multiply(values[s] if k == 0 else sound[s], weights[k, s], out=product)
-                given[k] += product
-                if k == 0 and s >= middle:
-                    second += product[OWN]
-        if first == 0 or not isinstance(where, slice):
-            write(self.given.reshape(-1, self.given.shape[-1]), where, given.reshape(-1, given.shape[-1]))
-        if middle >= 0 and first + count > 1:
+    def _note(self, pixels: Pixels, half: Float32, second: Float32, first: int, count: int) -> None:
+        """See how far the halves of what `give` added differ."""
+        where = as_slice(pixels)
+        if (first + count) // 2 >= first and first + count > 1:
             self._estimate(where, half, second)
         else:
             self.variance[where] *= np.float32(elementary.power(first / (first + count), -2 * SAMPLING_SLOPE))
@@ -250,6 +233,41 @@ class PixelBuffer:
             return number
         wanted = np.arange(start, start + len(number), dtype=number.dtype)
         return slice(start, start + len(number)) if ((number == wanted) | ~there).all() else number
+
+
+def _by_sample(values: Float32, count: int) -> Float32:
+    """(count, c, m) of samples (c, m count)."""
+    return np.ascontiguousarray(values.reshape(len(values), values.shape[1] // count, count).transpose(2, 0, 1))
+
+
+@accelerated
+def give(given: Float32, pixels: Pixels, values: Float32, weights: Float32, first: int) -> tuple[Float32, Float32]:
+    """Add samples first, first + 1, ... of pixels (m,) to what these give (k, c, n), the first ones to nothing.
+
+    values : (c, m count), pixel by pixel; what is no number stays in its own pixel.   weights : (k, count).
+    Returns (4, m) of the own samples: the sums of the first half of all samples so far, 0 if that has passed, and of
+    those here that are in the second half.
+    """
+    where, count = as_slice(pixels), weights.shape[1]
+    values = _by_sample(values, count)
+    sums = np.zeros((len(given), *values.shape[1:]), np.float32) if first == 0 else given[:, :, where]
+    sound = values
+    if not np.isfinite(values).all():
+        sound = np.where(np.isfinite(values).all(axis=1, keepdims=True), values, np.float32(0))
+    middle = (first + count) // 2 - first  # the first sample of the second half
+    half, second = np.zeros((4, values.shape[2]), np.float32), np.zeros((4, values.shape[2]), np.float32)
+    product = np.empty_like(values[0])
+    for s in range(count):
+        if s == middle:
+            half = sums[0, OWN].copy()
+        for k in np.flatnonzero(weights[:, s]).tolist():
+            np.multiply(values[s] if k == 0 else sound[s], weights[k, s], out=product)
+            sums[k] += product
+            if k == 0 and s >= middle:
+                second += product[OWN]
+    if len(pixels) and (first == 0 or not isinstance(where, slice)):
+        write(given.reshape(-1, given.shape[-1]), where, sums.reshape(-1, sums.shape[-1]))
+    return half, second
 
 
 def _in_chunks(work: Callable[[Pixels], NDArray[Any]], pixels: Pixels) -> NDArray[Any]:

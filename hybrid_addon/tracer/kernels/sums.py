@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Kernels of film/samples.py and film/error_budget.py: sums of samples, and what the cutoff may take from each."""
+"""Kernels of film/: sums of samples and of pixels, and what the cutoff may take from each."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ import numpy as np
 from ..core.constants import BUDGET_BITS, BUDGET_UNIT
 from .declare import Array, f4, f8, helper, i2, i8, int64, kernel, written
 
+ZERO = np.float32(0)
+EXPONENT = np.int32(0x7F800000)  # of what is no number
+OWN = 4  # rows of radiance and of samples that count
 UNITS = np.float64(1 / BUDGET_UNIT)
 BITS, COST = np.int64(BUDGET_BITS), np.int64((1 << BUDGET_BITS) - 1)
 NONE = np.int64(np.iinfo(np.int64).max)
@@ -102,3 +105,59 @@ def follow_all(
             followed[owner] += scratch[owner]
         scratch[owner] = 0
     return few
+
+
+@kernel("tracer.film.pixels.give", [(written(f4[3]), i8[1], f4[2], f4[2], int64)], tables=(0, 1, 2, 3))
+def give(given: Array, pixels: Array, values: Array, weights: Array, first: int) -> tuple[Array, Array]:
+    """See there."""
+    m, count = len(pixels), weights.shape[1]
+    middle = (first + count) // 2 - first
+    half, second = np.zeros((OWN, m), np.float32), np.zeros((OWN, m), np.float32)
+    # Sample by sample, channel by channel: loops over pixels that the processor does many of at once.
+    of_sample, sound = np.empty((count, m), np.float32), np.ones((count, m), np.bool_)
+    lost = False
+    for c in range(len(values)):
+        bits, odd = values[c].view(np.int32), np.int32(0)
+        for j in range(m * count):
+            odd |= np.int32((bits[j] & EXPONENT) == EXPONENT)
+        if odd:
+            lost = True
+            for i in range(m):
+                for s in range(count):
+                    sound[s, i] &= abs(values[c, i * count + s]) < np.inf
+    start, is_run = pixels[0] if m else 0, True
+    for i in range(m):
+        is_run &= pixels[i] == start + i
+    row = np.empty(m, np.float32)
+    for c in range(given.shape[1]):
+        for s in range(count):
+            one = of_sample[s]
+            for i in range(m):
+                one[i] = values[c, i * count + s]
+        for k in range(given.shape[0]):
+            if k == 1 and lost:
+                for s in range(count):
+                    for i in range(m):
+                        if not sound[s, i]:
+                            of_sample[s, i] = ZERO
+            to = given[k, c, start : start + m] if is_run else row
+            if first == 0:
+                to[:] = ZERO
+            elif not is_run:
+                for i in range(m):
+                    to[i] = given[k, c, pixels[i]]
+            for s in range(count):
+                if k == 0 and s == middle and c < OWN:
+                    half[c] = to
+                weight, one = weights[k, s], of_sample[s]
+                if weight != ZERO:
+                    for i in range(m):
+                        to[i] += one[i] * weight
+                    if k == 0 and s >= middle and c < OWN:
+                        late = second[c]
+                        for i in range(m):
+                            late[i] += one[i] * weight
+            if not is_run:
+                for i in range(m):
+                    given[k, c, pixels[i]] = to[i]
+    return half, second

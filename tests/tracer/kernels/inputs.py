@@ -214,6 +214,15 @@ def _(s: Source) -> tuple[Any, ...]:
     return s.whole(0, SAMPLES), weight, followed, np.zeros(SAMPLES, np.int64), most, most_rays, 8
 
 
+@arguments_of("tracer.film.pixels.give")
+def _(s: Source) -> tuple[Any, ...]:
+    count, layers, rows = int(s.rng.integers(1, 6)), int(s.rng.integers(1, 4)), int(s.rng.integers(5, 9))
+    pixels = np.sort(s.rng.choice(s.n + 9, s.n, replace=False)) if s.rng.random() < 0.5 else np.arange(2, s.n + 2)
+    weights = s.of(count).whole(0, 3, layers).astype(np.float32) / 2
+    values = s.of(s.n * count).numbers(rows)
+    return s.of(s.n + 9).numbers(layers, rows), pixels, values, weights, int(s.rng.choice([0, 0, 1, 2, 9]))
+
+
 @cache
 def embree_scene() -> OwnScene:
     """Slivers and grains of very different sizes, on and off a ball."""
