@@ -52,6 +52,9 @@ fronts: venv  ## Presets on the front of error against run time, sample scenes: 
 materials: venv  ## Forty materials by EEVEE, Hybrid and Cycles: sheets and a table in build/materials (ARGS="--only 2")
 	$(RUN) -m tools.material_library $(ARGS)
 
+balls: venv  ## A ball for each shader and input by EEVEE, Hybrid and Cycles, in build/balls; docs/reference/parity.md
+	$(RUN) -m tools.ball_table --page $(ARGS)
+
 assets: venv  ## Make the asset library of the extension anew (with Blender 4.5's Python: VENV=.venv311)
 	$(RUN) -m tools.asset_library
 
@@ -83,4 +86,4 @@ clean:  ## Remove what was built and rendered (not $(VENV))
 	rm -rf build dist wheels demo .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find hybrid_addon tests tools -name __pycache__ -prune -exec rm -rf {} +
 
-.PHONY: help demo test test-kernels test-real pictures pages docs stability bench first-picture fronts materials assets lint format extension extension-local wheels venv clean
+.PHONY: help demo test test-kernels test-real pictures pages docs stability bench first-picture fronts materials balls assets lint format extension extension-local wheels venv clean

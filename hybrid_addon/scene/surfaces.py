@@ -98,7 +98,10 @@ class Surface:
     stretch, tangent   : of rough reflections: GGX's alpha along the tangent is roughness^2 / stretch, across it
                          roughness^2 x stretch (a groove along the tangent has a stretch above 1). tangent: a vector of
                          any length, brought into the plane of the shading normal; None, or a stretch of 1: round.
-    translucent        : its diffuse light is what falls on its other side.
+    translucent        : its diffuse light is what falls on its other side; of closed bodies, what their other walls
+                         let in.
+    scatter, scatter_* : share 0..1 of its diffuse light that is scattered below the surface, and how far each channel
+                         is, in metres (Blender's Radius x Scale).
     multiscatter       : light that one microfacet sends to the next is not lost.
     coat_shows         : the coat's own reflection is there, not only what it takes from what is below. (A coat with a
                          normal of its own is a closure of its own.)
@@ -141,6 +144,8 @@ class Surface:
     stretch: Number = 1.0
     tangent: Expression | None = None
     translucent: bool = False
+    scatter: Number = 0.0
+    scatter_radius: Color = BLACK
     multiscatter: bool = True
     coat_shows: bool = True
     coat: Number = 0.0

@@ -9,7 +9,6 @@ from dataclasses import fields, replace
 from typing import Any
 
 import bpy
-import numpy as np
 
 from ...scene import Fog, Scene, Settings
 from ...settings_table import RENDER
@@ -84,8 +83,8 @@ def with_background(
 
 
 def body_warnings(traced: Scene) -> list[str]:
-    """What depends on whether meshes are closed: fog that is in none, and translucent ones."""
-    return [*_open_fog(traced.fog), *_translucent_bodies(traced)]
+    """What depends on whether meshes are closed: fog that is in none."""
+    return _open_fog(traced.fog)
 
 
 def _open_fog(fog: Fog) -> list[str]:
@@ -96,19 +95,6 @@ def _open_fog(fog: Fog) -> list[str]:
     if not names:
         return []
     return [f"fog of {_told(names)} is not traced: the mesh is open or flat, and only a closed one has an inside"]
-
-
-def _translucent_bodies(traced: Scene) -> list[str]:
-    """EEVEE guesses how thick they are, Cycles lights them from within; sheets are exact."""
-    from ...tracer.geometry.parts import closed_by_number
-
-    translucent = {n for n, surface in enumerate(traced.surfaces) if any(part.translucent for part in surface.parts)}
-    worn: dict[int, str] = {}
-    for instance in traced.instances if translucent else ():
-        if not translucent.isdisjoint(instance.surfaces):
-            worn.setdefault(instance.mesh, instance.name)
-    names = [name for mesh, name in worn.items() if closed_by_number(traced.meshes[mesh].triangles.astype(np.intp))]
-    return [f"{_told(names)}: translucent and closed, and no lamp outside lights a body from within"] if names else []
 
 
 def _told(names: list[str]) -> str:

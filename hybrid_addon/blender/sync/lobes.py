@@ -22,6 +22,8 @@ FILMS_ON_METAL = bpy.app.version >= (5, 0, 0)
 """Blender 4.5 has films on dielectrics alone."""
 STEEPEST = 0.99
 """Glossy's anisotropy is at most this."""
+RADIUS = 4.0 * math.pi if bpy.app.version >= (5, 0, 0) else 1.0
+"""By what EEVEE multiplies the radii of subsurface scattering: of 5.2 it is measured, like Cycles' of this version."""
 LEAST_STEP = 2.0**-20
 """An IOR of 1 below a film counts as this much more: exactly 1 means nothing is there, but a soap bubble reflects."""
 
@@ -112,6 +114,15 @@ def sheen(node: Node, reader: NodeReader) -> dict[str, Any]:
         "sheen_roughness": ex.clamped(number(reader, node, "Sheen Roughness")),
         "sheen_tint": color(reader, node, "Sheen Tint"),
     }
+
+
+def subsurface(node: Node, reader: NodeReader, weight: Any, prefix: str = "") -> dict[str, Any]:
+    """Of the scattering below the surface, if there is any; weight: its share of the diffuse light."""
+    scale = ex.apply("maximum", number(reader, node, f"{prefix}Scale"), 0.0)
+    if weight == 0.0 or scale == 0.0:
+        return {}
+    radius = ex.apply("multiply", vector(reader, node, f"{prefix}Radius"), ex.times(scale, RADIUS))
+    return {"scatter": weight, "scatter_radius": ex.as_color(radius)}
 
 
 def translucency(node: Node, reader: NodeReader) -> Any:

@@ -124,6 +124,11 @@ def _principled_body(node: Node, reader: NodeReader, alpha: Share) -> Surface:
         **lobes.principled_grain(node, reader, "Anisotropic", "Anisotropic Rotation"),
         **lobes.coat(node, reader),
         **lobes.sheen(node, reader),
+        **(
+            {}
+            if is_thin_wall(node) or not may_be(local)
+            else lobes.subsurface(node, reader, _unit(number(reader, node, "Subsurface Weight")), "Subsurface ")
+        ),
     )
 
 
@@ -181,6 +186,10 @@ def _metal(tint: Any, edge: Any, node: Node, reader: NodeReader) -> Surface:
 
 def _diffuse(node: Node, reader: NodeReader) -> Surface:
     return _opaque(color(reader, node, "Color"))
+
+
+def _subsurface(node: Node, reader: NodeReader) -> Surface:
+    return replace(_diffuse(node, reader), **lobes.subsurface(node, reader, 1.0))
 
 
 def _hair(node: Node, reader: NodeReader) -> Surface:
@@ -249,7 +258,7 @@ SHADERS: dict[str, Callable[[Node, NodeReader], Surface]] = {
     "ShaderNodeBsdfHair": _hair,
     "ShaderNodeBsdfHairPrincipled": _hair,
     "ShaderNodeBsdfRayPortal": _transparent,
-    "ShaderNodeSubsurfaceScattering": _diffuse,
+    "ShaderNodeSubsurfaceScattering": _subsurface,
     "ShaderNodeEeveeSpecular": _specular_bsdf,
     "ShaderNodeEmission": _emission,
     "ShaderNodeHoldout": _holdout,

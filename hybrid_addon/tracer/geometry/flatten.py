@@ -72,6 +72,7 @@ class Geometry:
     object_values: Mapping[str, Float64]  # key -> (objects, width), what surfaces read of instances
     instanced: Instanced | None  # meshes that are kept once; None: all are flattened
     bounds_radius: float  # of a ball around the centre that holds the whole scene; infinite if there are planes
+    enclosed: Bools | None = None  # (objects,) closed meshes that light comes through; None: there is none
 
     @cached_property
     def heights(self) -> Float32:

@@ -40,6 +40,8 @@ WIDTHS = {
     "lobe_roughness": 1,
     "stretch": 1,  # of a brushed base
     "coat_roughness": 1,
+    "scatter": 1,  # share of the diffuse light that is scattered below the surface,
+    "scatter_radius": 3,  # and how far, in metres
 }
 """What there is, in the order of the rows, and how many rows each takes. What rays cross stands first."""
 
@@ -56,7 +58,9 @@ ROWS = _rows()
 HEIGHT = sum(WIDTHS.values())
 CROSSING = slice(0, ROWS["film_ior"].stop)
 """What a shadow ray asks of a surface that it crosses."""
-NOT_CROSSED = frozenset(("base_color", "specular", "emission", "reflection_tint", "edge_tint", "metal_ior"))
+NOT_CROSSED = frozenset(
+    ("base_color", "specular", "emission", "reflection_tint", "edge_tint", "metal_ior", "scatter_radius")
+)
 """Fields that change nothing of it."""
 
 
@@ -137,6 +141,8 @@ def plain_columns(f: Fields, n: int) -> Float32:
             "specular": f["specular"],
             "exponent": phong_exponent(f["roughness"]),
             "emission": f["emission"],
+            "scatter": f["scatter"],
+            "scatter_radius": f["scatter_radius"],
         },
         n,
     )

@@ -20,11 +20,11 @@ VARIABLE = {
     "base_color": 3, "specular": 3, "roughness": 1, "emission": 3, "reflectivity": 1, "reflection_tint": 3,
     "opacity": 1, "transmission_tint": 3, "interface_tint": 3, "edge_tint": 3, "coat": 1, "coat_roughness": 1,
     "coat_tint": 3, "sheen": 1, "sheen_roughness": 1, "sheen_tint": 3, "film": 1, "film_ior": 1, "metal_ior": 3,
-    "stretch": 1,
+    "stretch": 1, "scatter": 1, "scatter_radius": 3,
 }  # fmt: skip
 """What an expression may give, and how many numbers it is."""
 
-SHARES = ("reflectivity", "opacity", "roughness", "coat_roughness", "sheen_roughness", "interface_tint")
+SHARES = ("reflectivity", "opacity", "roughness", "coat_roughness", "sheen_roughness", "interface_tint", "scatter")
 """Of these, what lies between 0 and 1."""
 
 

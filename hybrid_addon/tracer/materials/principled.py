@@ -50,6 +50,31 @@ def albedo_table() -> Float64:
     return np.stack([_albedo_row(float(a)) for a in alpha], axis=1)
 
 
+@cache
+def correlated_albedo_table() -> Float64:
+    """(roughness, cosine): the same of a white lobe whose masking is correlated, as Cycles has it (Heitz 2014)."""
+    alpha = (np.arange(TABLE_SIZE) / (TABLE_SIZE - 1)).clip(1e-2) ** 2
+    cos = (np.arange(TABLE_SIZE) / (TABLE_SIZE - 1)).clip(1e-4)[:, None, None]
+
+    def row(a: float) -> Float64:
+        return np.asarray(correlated(masking(cos, a), _visible_facets(cos, a, DIRECTIONS)[1]).mean((1, 2)))
+
+    return np.stack([row(float(a)) for a in alpha])
+
+
+def correlated_albedo(cos: Array, roughness: Array) -> Array:
+    """(n,) at view cosines and roughnesses (n,), bilinear."""
+    return _bilinear(correlated_albedo_table(), cos, roughness)
+
+
+def correlated(seen: Array, lit: Array) -> Array:
+    """Share (n,) of the microfacets that the eye sees which light gets to, too, with heights that go together.
+
+    seen, lit : Smith's G1 towards the eye and the light; G2 = 1 / (1 / G1 + 1 / G1' - 1) (Heitz 2014, eq. 99).
+    """
+    return np.asarray(np.where(lit > 0, lit / np.maximum(seen + lit - seen * lit, LEAST_COSINE), 0))
+
+
 def _albedo_row(alpha: float) -> Float64:
     """(3, cosine) for one roughness squared."""
     cos = (np.arange(TABLE_SIZE) / (TABLE_SIZE - 1)).clip(1e-4)[:, None, None]
@@ -257,6 +282,8 @@ def layered_columns(f: Fields, cos: Float64) -> Float32:
         "stretch": f["stretch"],
         "film": f["film"],
         "film_ior": f["film_ior"],
+        "scatter": f["scatter"],
+        "scatter_radius": f["scatter_radius"],
     }
     return pack(changed, len(cos))
 

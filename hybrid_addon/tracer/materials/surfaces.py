@@ -65,6 +65,7 @@ class SurfaceTable:
     blurs: Bools  # (s,) and may show the world blurred
     filmed: Bools  # (s,) a thin film colours what its interface reflects
     translucent: Bools  # (s,) its diffuse light is that of its other side
+    scatters: Bools  # (s,) some of its diffuse light comes from elsewhere
     brushed: Bools  # (s,) its rough reflections are longer one way than the other
     tabulated: Tabulated  # what hits gather, by their cosines
     surfaces: tuple[Surface, ...]
@@ -227,6 +228,7 @@ def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
         varies=layered | expressive, expressive=expressive,
         varies_through=(layered | through) & expressive & ~tabulated.known, layered=layered, blurs=blurs,
         filmed=layered & (high["film"][0] > 0), translucent=np.array([s.translucent for s in surfaces]),
+        scatters=(high["scatter"][0] > 0) & (high["scatter_radius"] > 0).any(0),
         brushed=layered & np.array([s.tangent is not None and s.stretch != 1.0 for s in surfaces]),
         tabulated=tabulated, surfaces=surfaces, blur_roughness=_blur_roughness(low, high, blurs),
         closure_count=count, first_closure=first, closure_weight=weight, owner=owner, band=band,

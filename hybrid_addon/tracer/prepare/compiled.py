@@ -53,6 +53,7 @@ class CompiledScene:
     fog, fog_lights : fog, or None, and the lights that it scatters.
     seen_by_camera, seen_by_secondary : what camera rays and all later rays can hit.
     occluders : what hides the world from points, or None: nothing does.
+    bodies    : what probes for light that goes on within bodies meet, or None: there are none (`shading.subsurface`).
     screen_space : what raster-backed hits are looked up in, or None.
     """
 
@@ -104,6 +105,7 @@ class CompiledScene:
         self.seen_by_secondary = self._set(g.secondary if self.plan.secondary else np.zeros_like(g.secondary))
         hides = g.secondary & ~self.surfaces.transmits[g.surface]
         self.occluders = self._set(hides) if self.plan.occlusion else None
+        self.bodies = self._set(g.camera | g.secondary) if self.plan.probed else None
         self._all_cast = bool(g.shadow.all())
         self._make_shadow_sets(g.shadow, np.zeros_like(g.shadow))
 

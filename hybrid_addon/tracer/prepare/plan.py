@@ -45,6 +45,7 @@ class Plan:
     soft_shadows : shadow rays may go to points spread over their lights.
     rough     : rays leave rough surfaces by random microfacets.
     lit_fog   : fog scatters the light of lamps, at random places.
+    probed    : bodies get light from elsewhere of themselves, which rays find.
     crowded   : some surface has more closures than every hit answers with, or disperses: they are drawn.
     occlusion : work out how much of the world's diffuse light is hidden.
     raster_shadows : work out the shadows of ray traced objects on all others.
@@ -70,6 +71,7 @@ class Plan:
     rough: bool
     crowded: bool = False
     lit_fog: bool = False
+    probed: bool = False
     occlusion: bool
     raster_shadows: bool
     screen_space: bool
@@ -80,7 +82,7 @@ class Plan:
     @property
     def draws(self) -> bool:
         """Whether hits need random numbers."""
-        return self.soft_shadows or self.rough or self.occlusion or self.crowded or self.lit_fog
+        return self.soft_shadows or self.rough or self.occlusion or self.crowded or self.lit_fog or self.probed
 
     @property
     def local(self) -> bool:
@@ -234,6 +236,7 @@ def make_plan(
         rough=rough,
         crowded=bool((table.closure_count[reachable] > MOST_CLOSURES).any()) or table.disperses,
         lit_fog=bool(lit_fog),
+        probed=geometry.enclosed is not None or bool(table.scatters[reachable].any()),
         occlusion=occlusion,
         raster_shadows=raster_shadows,
         screen_space=shown,

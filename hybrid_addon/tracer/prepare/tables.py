@@ -22,6 +22,7 @@ from ..emitters.world import CompiledWorld
 from ..geometry.embree import QUERIES, has_kernels
 from ..geometry.flatten import Geometry, flatten
 from ..geometry.instanced import saved_by_instancing
+from ..geometry.parts import closed_by_number
 from ..kernels import loading
 from ..materials.surfaces import SurfaceTable, compile_surfaces, layout
 from ..media.fog import CompiledFog, compile_fog
@@ -62,7 +63,11 @@ def prepare(scene: Scene, settings: Settings, cache: SceneCache | None = None) -
     layouts = [layout(surfaces.surfaces[owner]) for owner in surfaces.owner]
     geometry = flatten(scene, layouts, cache=cache, apart=_apart(scene, surfaces))
     geometry, media = find_solids(scene, geometry, surfaces)
-    geometry = replace(geometry, object_values=object_values(scene, surfaces.surfaces))
+    geometry = replace(
+        geometry,
+        object_values=object_values(scene, surfaces.surfaces),
+        enclosed=_enclosed(scene, surfaces),
+    )
     lights = compile_lights((*scene.lights, *world.suns), geometry.center, geometry.object)
     fog = _fog(scene, geometry.center, cache)
     scattered = [x for x in lights if x.color.any() and x.light.volume != 0] if fog and fog.scatters else []
@@ -80,6 +85,19 @@ def _apart(scene: Scene, surfaces: SurfaceTable) -> Bools | None:
         return None
     solids = surfaces.bounds_solids
     return solids & (solids & (surfaces.refracts | surfaces.absorbs)).any()
+
+
+def _enclosed(scene: Scene, surfaces: SurfaceTable) -> Bools | None:
+    """(objects,) of translucent meshes those that are closed: their insides see nothing of what is around them."""
+    worn = surfaces.owner[surfaces.translucent]
+    found, known = np.zeros(len(scene.names), bool), dict[int, bool]()
+    for number, instance in enumerate(scene.instances if len(worn) else ()):
+        if not np.isin(worn, instance.surfaces).any():
+            continue
+        if instance.mesh not in known:
+            known[instance.mesh] = closed_by_number(scene.meshes[instance.mesh].triangles.astype(np.intp))
+        found[number] = known[instance.mesh]
+    return found if found.any() else None
 
 
 def load_what_finds_instances(scene: Scene) -> None:

@@ -7,7 +7,7 @@ Llocal = ambient base_color E_world / pi + sum over lights (diffuse base_color /
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from .ltc import BrushedLobe, LampLobe, Lobe, ggx_lobe
 from .occlusion import open_share
 from .scattering import above, mirrored, phong_light
 from .shadows import NOTHING, TOGETHER, Origins, visible_shares
+from .subsurface import gathered, scatters
 
 PI, INVERSE_PI = np.float32(np.pi), np.float32(1 / np.pi)
 
@@ -43,6 +44,7 @@ class _Receivers:
     point: Float32
     diffuse: Float32
     glossy: list[tuple[Index, Float32, Lobe | BrushedLobe]]
+    only_diffuse: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,9 +64,35 @@ class DirectLight:
 def direct_light(
     scene: CompiledScene, hit: Interaction, stats: Stats, cut: Cut | None = None, asks_lit: bool = False
 ) -> DirectLight:
-    """The light of hits (n,). Surfaces shade on both sides: normals are on the side of wo.
+    """The light of hits (n,), some of which may get theirs from elsewhere of their bodies (`subsurface`).
 
     cut : see `Cut`; None: no light is too faint.   asks_lit : which lights reach each hit is wanted.
+    """
+    index = scatters(scene, hit)
+    if len(index) == 0:
+        return _light_on(scene, hit, stats, cut, asks_lit)
+    elsewhere, own = gathered(
+        scene, hit.take(index), lambda place: _light_on(scene, place, stats, only_diffuse=True).radiance, stats
+    )
+    factors, whole = hit.values.factors, np.ones(hit.outer.shape, np.float32)
+    whole[:, index] = own
+    factors = {**factors, "base_color": factors.get("base_color", np.float32(1)) * whole}
+    found = _light_on(scene, replace(hit, values=replace(hit.values, factors=factors)), stats, cut, asks_lit)
+    found.radiance[:, index] += elsewhere
+    return found
+
+
+def _light_on(
+    scene: CompiledScene,
+    hit: Interaction,
+    stats: Stats,
+    cut: Cut | None = None,
+    asks_lit: bool = False,
+    only_diffuse: bool = False,
+) -> DirectLight:
+    """The light that falls on hits (n,). Surfaces shade on both sides: normals are on the side of wo.
+
+    only_diffuse : highlights, and what the world's blurred image adds, are left out.
     """
     if scene.surfaces.translucent.any():
         hit = hit.turned(hit.table.translucent.take(hit.surface))
@@ -74,14 +102,14 @@ def direct_light(
     unknown: list[NDArray[np.intp]] = []
     # Light of the world, which has a limit of its own.
     if plan.ambient:
-        _add_ambient(scene, hit, color, radiance, stats)
+        _add_ambient(scene, hit, color, radiance, stats, only_diffuse)
         radiance *= np.float32(scene.arriving.indirect)
     ambient = radiance.copy() if np.isfinite(scene.arriving.direct_limit) else None
     # Light of lamps.
     if plan.diffuse or plan.specular:
         diffuse = color * (hit.value("diffuse") * INVERSE_PI)
-        glossy = _glossy(hit) if plan.specular else []
-        receivers = _Receivers(hit, hit.point.astype(np.float32), diffuse, glossy)
+        glossy = _glossy(hit) if plan.specular and not only_diffuse else []
+        receivers = _Receivers(hit, hit.point.astype(np.float32), diffuse, glossy, only_diffuse)
         origins = Origins(scene.geometry, hit)
         # Few hits ask for the shadows of several lights at once: see TOGETHER.
         asked: list[_Lit] = []
@@ -119,7 +147,7 @@ def _lit_by(scene: CompiledScene, receivers: _Receivers, light: CompiledLight, s
     hit = receivers.hit
     lit = light.illuminate(receivers.point, hit.n_shading, hit.offset)
     arriving = np.asarray(receivers.diffuse * (lit.diffuse * np.float32(light.light.diffuse)), np.float32)
-    if scene.plan.specular and light.light.specular != 0:
+    if scene.plan.specular and light.light.specular != 0 and not receivers.only_diffuse:
         _add_phong(hit, lit, light, arriving)
         for index, color, lobes in receivers.glossy:
             point, normal = take(receivers.point, index), take(hit.n_geometric, index)
@@ -182,7 +210,9 @@ def _add_lit(
     return unknown
 
 
-def _add_ambient(scene: CompiledScene, hit: Interaction, color: Float32, radiance: Float32, stats: Stats) -> None:
+def _add_ambient(
+    scene: CompiledScene, hit: Interaction, color: Float32, radiance: Float32, stats: Stats, only_diffuse: bool
+) -> None:
     """Add the light of the world: what is diffuse, and its blurred image in the reflections that no ray follows.
 
     color : (3, n), base_color of the hits.
@@ -195,7 +225,7 @@ def _add_ambient(scene: CompiledScene, hit: Interaction, color: Float32, radianc
             color *= open_share(scene, scene.occluders, hit, lit, stats)
         add(radiance, lit, color)
     blurred = select(hit.table.blurs.take(hit.surface))
-    if count(blurred, len(hit.prim)) == 0:
+    if only_diffuse or count(blurred, len(hit.prim)) == 0:
         return
     wo, n = take(hit.wo, blurred), take(hit.n_shading, blurred)
     for name in ("lobe", "coat"):

@@ -186,6 +186,20 @@ def interact(
     )
 
 
+def seen_at(geometry: Geometry, at: Interaction, hits: Hits, origin: Float32, direction: Float32) -> Interaction:
+    """What `at` (n,) is, at other places: where rays (3, n) of their own hit, none of them a miss."""
+    faces, place = geometry.faces_of(hits.face)
+    surfaces = geometry.surface if faces is geometry else geometry.surface.take(hits.prim)
+    way = hits.t, hits.normal, hits.toward, origin, direction
+    place, _, entering, point, n_geometric, offset, wo, outer = hit_points(surfaces, faces.extent, place, *way)
+    prim, face = (place, place) if faces is geometry else (hits.prim.astype(np.intp), hits.face)
+    n_shading, weights = _shading_normal(faces, place, point, n_geometric, entering)
+    return replace(
+        at, prim=prim, face=face, entering=entering, point=point, n_geometric=n_geometric, n_shading=n_shading,
+        weights=weights, wo=wo, offset=offset, outer=outer,
+    )  # fmt: skip
+
+
 @accelerated
 def hit_points(
     surfaces: Numbers, extents: Float32, prim: Int32, t: Float64, normal: Float32, toward: Float64, origin: Float32,

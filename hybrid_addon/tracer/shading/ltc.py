@@ -28,7 +28,7 @@ from ...procedural import elementary
 from ...scene import Float32, Float64
 from ..core.constants import LEAST_COSINE
 from ..core.vectors import Array, cross, dot, orthonormal_basis, take
-from ..materials.principled import albedos, masking
+from ..materials.principled import correlated, correlated_albedo, masking
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -83,14 +83,16 @@ Brushed = tuple[Float32, Float32]
 
 
 def groove_frame(n: Float32, alpha: Float32, brushed: Brushed | None) -> tuple[Float32, Float32, Float32, Float32]:
-    """Tangents and bitangents (3, n), and GGX's alpha (n,) along each; None: any, and the same."""
+    """Tangents and bitangents (3, n), and GGX's alpha (n,) along each, at most 1 (as in Cycles); None: any, and the
+    same."""
     tangent, bitangent = orthonormal_basis(n)
     if brushed is None:
         return tangent, bitangent, alpha, alpha
     grooves = brushed[0].any(axis=0)
     tangent, bitangent = np.where(grooves, brushed[0], tangent), np.where(grooves, cross(n, brushed[0]), bitangent)
     stretch: Float32 = np.where(grooves, brushed[1], np.float32(1))
-    return tangent, bitangent, np.asarray(alpha / stretch, np.float32), np.asarray(alpha * stretch, np.float32)
+    along, across = (np.minimum(a, np.float32(1)) for a in (alpha / stretch, alpha * stretch))
+    return tangent, bitangent, along.astype(np.float32), across.astype(np.float32)
 
 
 def alpha_from(w: Array, frame: tuple[Array, Array, Array, Array]) -> Array:
@@ -159,8 +161,8 @@ class BrushedLobe:
         size = np.where(volume != 0, 1 / np.where(volume != 0, np.abs(volume), 1), 0)
         cos_o, cos_i = (np.maximum(dot(a, n), LEAST_COSINE) for a in (eye, lamp))
         seen = [masking(cos, alpha_from(w, frame)) for cos, w in ((cos_o, eye), (cos_i, lamp))]
-        sums = albedos(cos_o, self.roughness)
-        weight = seen[0] * seen[1] * facing / (cos_o * (sums[0] + sums[1]))
+        both = seen[0] * correlated(seen[0], seen[1])
+        weight = both * facing / (cos_o * np.maximum(correlated_albedo(cos_o, self.roughness), LEAST_COSINE))
         return LampLobe((turned[0] * size, turned[1] * size, turned[2] * size), weight)
 
 

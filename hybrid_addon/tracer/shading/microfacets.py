@@ -25,7 +25,7 @@ from ..core.constants import FAINT, LEAST_COSINE, MICROFACET_TRIES, MIRROR_ROUGH
 from ..core.rays import Rays
 from ..core.sampler import Draws, hash32
 from ..core.vectors import Array, dot, flatnonzero, largest_component, normalize
-from ..materials.principled import albedos, masking
+from ..materials.principled import correlated, correlated_albedo, masking
 from ..prepare.compiled import CompiledScene
 from .interaction import Interaction
 from .ltc import Brushed, alpha_from, groove_frame
@@ -199,15 +199,17 @@ def brushed_share(wo: Float32, n: Float32, roughness: Float32, brushed: Brushed)
     """
     alpha = roughness**2
     frame = groove_frame(n, alpha, brushed)
+    cos = np.clip(dot(wo, n), LEAST_COSINE, 1)
+    seen = masking(cos, alpha_from(wo, frame))
     escapes, (number, turns) = np.zeros(len(alpha), np.float32), GROOVE_LATTICE
     for place in range(number):
         lattice = (place * turns % number + 0.5) / number, (place + 0.5) / number
         square = np.full(1, lattice[0], np.float32), np.full(1, lattice[1], np.float32)
         wi = reflect(wo, visible_normal(wo, n, alpha, square, brushed))
         cosine = dot(wi, n)
-        escapes += np.where(cosine > 0, masking(np.maximum(cosine, LEAST_COSINE), alpha_from(wi, frame)), 0)
-    sums = albedos(np.clip(dot(wo, n), 0, 1), roughness)
-    share = escapes / (number * np.maximum(sums[0] + sums[1], LEAST_COSINE))
+        lit = np.where(cosine > 0, masking(np.maximum(cosine, LEAST_COSINE), alpha_from(wi, frame)), 0)
+        escapes += correlated(seen, lit).astype(np.float32)
+    share = escapes / (number * np.maximum(correlated_albedo(cos, roughness), LEAST_COSINE))
     return np.asarray(np.minimum(share, 1), np.float32)
 
 

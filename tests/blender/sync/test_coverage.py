@@ -228,14 +228,16 @@ def test_the_kinds_of_objects_are_all_known():
 
 def test_the_most_important_warnings_come_first(stage):
     stage.view_layers[0].use_solid = False
-    shader = bpy.data.materials["Material"].node_tree.nodes["Principled BSDF"]
-    shader.inputs["Subsurface Weight"].default_value = 0.5
+    tree = bpy.data.materials["Material"].node_tree
+    portal, output = tree.nodes.new("ShaderNodeBsdfRayPortal"), tree.nodes["Material Output"]
+    portal.inputs["Direction"].default_value = (0.0, 0.0, 1.0)
+    tree.links.new(portal.outputs[0], output.inputs["Surface"])
     bpy.ops.object.light_add(type="AREA")
     bpy.context.object.data.spread = 1.0
     told = translated(stage)[2]
     found = [
         next(i for i, line in enumerate(told) if what in line)
-        for what in ("EEVEE draws no surfaces", "Subsurface Weight", "shines to all sides")
+        for what in ("EEVEE draws no surfaces", "rays go straight on", "shines to all sides")
     ]
     assert found == sorted(found)
 

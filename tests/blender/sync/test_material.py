@@ -12,6 +12,7 @@ from mathutils import Matrix
 
 from hybrid_addon.blender.sync import Warnings
 from hybrid_addon.blender.sync.image import Images
+from hybrid_addon.blender.sync.lobes import RADIUS
 from hybrid_addon.blender.sync.material import Surfaces, customised, translate_material, warn_of_roughness
 from hybrid_addon.blender.sync.settings import NOTHING_OF_ITS_OWN, CustomSurface
 from hybrid_addon.blender.sync.sums import added, averaged, shares
@@ -401,13 +402,21 @@ def test_links_that_are_not_followed_are_named_and_the_default_is_used(material)
     ]
 
 
-def test_layers_and_volume_are_warned_of(material):
-    b_node = material.add("ShaderNodeBsdfPrincipled", Coat_Weight=0.5, Subsurface_Weight=0.5)
+def test_a_volume_that_scatters_is_warned_of(material):
+    b_node = material.add("ShaderNodeBsdfPrincipled", Coat_Weight=0.5)
     material.link(material.add("ShaderNodeVolumeScatter").outputs[0], material.output.inputs["Volume"])
     material.shade(b_node)
-    text = "\n".join(material.warn)
-    for word in ("'Subsurface Weight'", "scattering"):
-        assert word in text
+    assert "scattering" in "\n".join(material.warn)
+
+
+def test_subsurface_is_a_share_and_a_radius_in_metres(material):
+    b_node = material.add("ShaderNodeBsdfPrincipled", Subsurface_Weight=0.5, Subsurface_Scale=0.2)
+    b_node.inputs["Subsurface Radius"].default_value = (1.0, 0.5, 0.25)
+    surface = material.shade(b_node)
+    assert surface.scatter == 0.5
+    assert surface.scatter_radius == pytest.approx([RADIUS * 0.2, RADIUS * 0.1, RADIUS * 0.05])
+    assert material.shade(material.add("ShaderNodeSubsurfaceScattering", Scale=0.0)).scatter == 0.0
+    assert list(material.warn) == []
 
 
 def test_a_shader_tree_in_a_loop_ends(material):

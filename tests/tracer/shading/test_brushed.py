@@ -7,7 +7,7 @@ import pytest
 from hybrid_addon.scene import Expression, PointLight, Settings, Surface, World
 from hybrid_addon.tracer import trace
 from hybrid_addon.tracer.core.vectors import dot, normalize
-from hybrid_addon.tracer.materials.principled import albedos
+from hybrid_addon.tracer.materials.principled import correlated_albedo
 from hybrid_addon.tracer.shading.ltc import BrushedLobe
 from hybrid_addon.tracer.shading.microfacets import brushed_share, visible_normal
 
@@ -30,15 +30,15 @@ def test_slopes_are_spread_along_the_tangent_and_across_as_wide_as_each_alpha():
 
 
 def ggx(wo, wi, along, across):
-    """D G1 G1 / (4 cos wo) of a surface in the plane z = 0 brushed along x, in float64."""
+    """D G2 / (4 cos wo) of a surface in the plane z = 0 brushed along x, in float64; G2 with correlated heights."""
     h = normalize(wo + wi)
     slopes = (h[0] / along) ** 2 + (h[1] / across) ** 2 + h[2] ** 2
     d = 1 / (np.pi * along * across * slopes**2)
 
-    def seen(w):
-        return 2 / (1 + np.sqrt(1 + ((along * w[0]) ** 2 + (across * w[1]) ** 2) / w[2] ** 2))
+    def hidden(w):
+        return (np.sqrt(1 + ((along * w[0]) ** 2 + (across * w[1]) ** 2) / w[2] ** 2) - 1) / 2
 
-    return d * seen(wo) * seen(wi) / (4 * wo[2])
+    return d / (1 + hidden(wo) + hidden(wi)) / (4 * wo[2])
 
 
 @pytest.mark.parametrize(("roughness", "stretch"), [(0.3, 0.5), (0.5, 0.316), (0.3, 2.5), (0.4, 1.0)])
@@ -53,8 +53,7 @@ def test_a_lobe_is_the_closed_form_where_the_lamp_is(roughness, stretch):
     volume = np.abs(dot(lobe.rows[0], np.cross(lobe.rows[1], lobe.rows[2], axis=0)))
     length2 = dot(inside, inside)
     density = inside[2] / np.sqrt(length2) / np.pi * volume / length2**1.5
-    sums = albedos(wo[2], rough)
-    right = ggx(wo, wi, roughness**2 / stretch, roughness**2 * stretch) / (sums[0] + sums[1])
+    right = ggx(wo, wi, roughness**2 / stretch, roughness**2 * stretch) / correlated_albedo(wo[2], rough)
     assert density * lobe.weight == pytest.approx(right, rel=2e-3)
     assert (inside[2] > 0).all()
 

@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from .scene_tables import CYCLES, GONE, GREASE_PENCIL, INTERFACE, PASSES, PROBES
-from .status import LAST, Named, Table, followed, irrelevant, within
+from .status import LAST, Named, Table, followed, irrelevant
 
 PLACE = "Blender works it into the object's matrix or geometry, which is followed"
 SHADOWS = "how well EEVEE draws shadows"
@@ -83,7 +83,7 @@ MATERIAL: Table = {
         "is off: ray traced, all of its layers show through one another", True, _blends, label="Transparency Overlap"
     ),
     **irrelevant("by which EEVEE knows what may be in sight", "max_vertex_displacement"),
-    **within("Subsurface Weight", "use_sss_translucency, use_thickness_from_shadow"),
+    **irrelevant("EEVEE's guesses of a thickness, which rays find", "use_sss_translucency, use_thickness_from_shadow"),
     **irrelevant(
         "how EEVEE approximates refraction, which rays follow exactly",
         "surface_render_method, use_raytrace_refraction, thickness_mode, refraction_depth, use_screen_refraction",

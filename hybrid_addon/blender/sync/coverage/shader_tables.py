@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Inputs of shaders, volume shaders and outputs.
-
-The body of a Principled BSDF counts only where light reaches it: `_of_body` asks for that.
-"""
+"""Inputs of shaders, volume shaders and outputs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
-from ..nodes import is_thin_wall
 from .status import Named, Table, followed, irrelevant, within
 
 WEIGHT = irrelevant("Blender's own, hidden, and read by no renderer of nodes", "Weight")
@@ -22,25 +18,16 @@ def above(node: Any, *names: str) -> bool:
     return any(not socket.is_constant() or socket.value() > 0.0 for socket in sockets)
 
 
-def below_one(node: Any, *names: str) -> bool:
-    """Whether all of the inputs that a node has are less than 1 somewhere."""
-    sockets = [node.input(name) for name in names if node.has_input(name)]
-    return all(not socket.is_constant() or socket.value() < 1.0 for socket in sockets)
-
-
 def with_(*names: str) -> Callable[[Any], bool]:
     """Where one of these inputs is more than 0."""
     return lambda node: above(node, *names)
-
-
-def _of_body(node: Any) -> bool:
-    return above(node, "Alpha") and below_one(node, "Metallic", "Transmission Weight") and not is_thin_wall(node)
 
 
 LAMBERT = "EEVEE draws rough diffuse surfaces as smooth ones, and so does the traced half"
 COMMON = {**followed("Color, Roughness, Normal"), **WEIGHT}
 ANISOTROPY = followed("Anisotropy, Rotation, Tangent")
 FILM = followed("Thin Film Thickness, Thin Film IOR")
+PROFILE = "EEVEE scatters by Burley's profile, which has none of it, and so does the traced half"
 DIFFUSE = "EEVEE draws it as Diffuse BSDF, and so does the traced half"
 
 PRINCIPLED: Table = {
@@ -49,8 +36,8 @@ PRINCIPLED: Table = {
         "Transmission Weight, Coat Weight, Coat Roughness, Coat IOR, Coat Tint, Sheen Weight, Sheen Roughness,"
         "Sheen Tint, Emission Color, Emission Strength, Coat Normal"
     ),
-    "Subsurface Weight": Named("is not traced; it is drawn as diffuse", 0.0, _of_body),
-    **within("Subsurface Weight", "Subsurface Radius, Subsurface Scale, Subsurface IOR, Subsurface Anisotropy"),
+    **followed("Subsurface Weight, Subsurface Radius, Subsurface Scale"),
+    **irrelevant(PROFILE, "Subsurface IOR, Subsurface Anisotropy"),
     **followed("Anisotropic, Anisotropic Rotation, Tangent, Thin Film Thickness, Thin Film IOR"),
     **irrelevant(LAMBERT, "Diffuse Roughness"),
     **WEIGHT,
@@ -111,9 +98,8 @@ SHADERS: dict[str, Table] = {
         **WEIGHT,
     },
     "ShaderNodeSubsurfaceScattering": {
-        **followed("Color, Normal"),
-        "Scale": Named("is not traced; it is drawn as diffuse", 0.0),
-        **within("Scale", "Radius, IOR, Roughness, Anisotropy"),
+        **followed("Color, Normal, Scale, Radius"),
+        **irrelevant(PROFILE, "IOR, Roughness, Anisotropy"),
         **WEIGHT,
     },
     "ShaderNodeBsdfRayPortal": {
