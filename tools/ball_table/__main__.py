@@ -11,13 +11,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import bpy
+from leave import leave
 from pages import blocks
 
 import hybrid_addon
@@ -89,6 +88,4 @@ def _nearer(ball: Mapping[str, Any]) -> float:
 
 if __name__ == "__main__":
     assert bpy.app.background
-    code = main()
-    sys.stdout.flush()
-    os._exit(code)  # bpy 4.5's static destructors wait for ever after an EEVEE render
+    leave(main())
