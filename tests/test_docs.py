@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tools import manual_pages
 from tools.pages import blocks
 from tools.pictures import PICTURES
 
@@ -112,3 +113,41 @@ def test_every_part_of_the_benchmarks_has_its_place() -> None:
     parts = re.findall(r'^    "(\w+)": \w+\.\w+,$', (ROOT / "tools/bench/__main__.py").read_text(), flags=re.M)
     assert len(parts) > 10
     blocks.fill((ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8"), dict.fromkeys(parts, ""))
+
+
+def test_the_manual_in_the_zip_is_whole(tmp_path: Path) -> None:
+    """Every page of docs/manual and docs/reference; links lead to a page and to a title of it, pictures are there."""
+    manual_pages.write(tmp_path)
+    pages = {page: page.read_text(encoding="utf-8") for page in tmp_path.rglob("*.html")}
+    assert len(pages) == sum(page.parent.name in manual_pages.FOLDERS for page in PAGES)
+    for page, text in pages.items():
+        for address in re.findall(r'(?:href|src)="([^"]+)"', text):
+            if address.startswith("http"):
+                continue
+            name, _, place = address.partition("#")
+            target = (page.parent / name).resolve() if name else page
+            assert target.is_file(), (page.name, address)
+            assert not place or f'id="{place}"' in pages[target], (page.name, address)
+        words = re.sub(r"<pre>.*?</pre>|<code>.*?</code>|<style>.*?</style>", "", text, flags=re.S)
+        assert not re.search(r"\]\(|\*\*|^\||`", words, flags=re.M), page.name
+
+
+def test_markdown_becomes_html() -> None:
+    lines = [
+        "# A *b*",
+        "",
+        "1. one",
+        "   more",
+        "2. two",
+        "",
+        "| x | y |",
+        "| - | - |",
+        "| `ab` | [c](d.md#e) |",
+        "",
+        "    <code>",
+    ]
+    assert "".join(manual_pages.blocks(lines)) == (
+        '<h1 id="a-b">A <em>b</em></h1><ol><li><p>one more</p></li><li><p>two</p></li></ol>'
+        '<table><tr><th>x</th><th>y</th></tr><tr><td><code>ab</code></td><td><a href="d.html#e">c</a></td></tr></table>'
+        "<pre>&lt;code&gt;</pre>"
+    )

@@ -68,6 +68,7 @@ def test_zips_may_be_built_among_the_sources(monkeypatch: pytest.MonkeyPatch, tm
         "ROOT": tmp_path, "blender_ext": blender_ext, "fetch": list, "_local_wheels": lambda tag: ("linux-x64", []),
     }.items():  # fmt: skip
         monkeypatch.setattr(tool, name, fake)
+    monkeypatch.setattr(tool.manual_pages, "write", lambda target: None)
     monkeypatch.setattr(sys, "argv", ["build_extension.py", "--python", "3.13", "--output-dir", str(zips)])
     tool.main()
     assert seen == ["blender_manifest.toml", "wheels", "zips"]
@@ -96,7 +97,9 @@ def test_the_zip_holds_the_product_and_nothing_else(archive: Path) -> None:
     tag = "cp{}{}".format(*sys.version_info)
     assert sorted(name.split("/")[1].split("-")[0] for name in wheels) == ["embreex", "llvmlite", "numba"]
     assert {name.split("-")[2] for name in wheels} == {tag}
-    assert names == TOP | package | wheels
+    manual = {name for name in names if name.startswith("hybrid_addon/manual/")}
+    assert {"hybrid_addon/manual/manual/settings.html", "hybrid_addon/manual/panels.png"} < manual
+    assert names == TOP | package | wheels | manual
 
 
 @pytest.mark.blender

@@ -18,6 +18,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import manual_pages
 from fetch_wheels import ROOT, WHEELS, fetch, known_hashes, manifest_wheels
 
 # This machine as Blender's manifests name it, and the end of the names of the wheels that run on it.
@@ -72,6 +73,7 @@ def _build(wheels: list[str], changes: dict[str, str], output: Path, *options: s
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "source"
         shutil.copytree(ROOT, source, ignore=NOT_SOURCE)
+        manual_pages.write(source / "hybrid_addon" / "manual")
         (source / "wheels").mkdir()
         for wheel in wheels:
             shutil.copy(WHEELS / wheel, source / "wheels")

@@ -56,6 +56,7 @@ def register() -> None:
     main_thread.register()
     preview.register(translations.sentence)
     panels.register()
+    bpy.utils.register_manual_map(operators.manual_map)
     cli.register()
     _registered = True
     if getattr(bpy.app, "module", False):
@@ -88,6 +89,7 @@ def unregister() -> None:
             handlers.push_undo()
     trace_scenes.close()
     cli.unregister()
+    bpy.utils.unregister_manual_map(operators.manual_map)
     panels.unregister()
     insets.forget()
     slots.forget()

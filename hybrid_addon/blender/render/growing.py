@@ -62,7 +62,7 @@ class Growing:
 
     def _show(self, make: Make) -> None:
         began = time.thread_time()  # what it costs, however long it waits for the workers
-        radiance = np.ascontiguousarray(make()[:: self.step, :: self.step])
+        radiance = make(self.step)
         if radiance.any():
             picture = radiance
             if self.raster is not None and self.mask is not None:

@@ -4,6 +4,7 @@
 # No `from __future__ import annotations` here: Blender reads operator properties from the annotations themselves.
 
 from collections.abc import Iterable
+from pathlib import Path
 
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
@@ -168,7 +169,53 @@ class HYBRID_OT_retrace(bpy.types.Operator):
         return {"FINISHED"} if state in ({"RUNNING_MODAL"}, {"FINISHED"}) else {"CANCELLED"}
 
 
+MANUAL = Path(__file__).parents[2] / "manual"
+"""The pages in the zip (tools/manual_pages.py); a checkout has their sources in docs/."""
+
+PAGES = (
+    ("bpy.types.hybridscenesettings.preview*", "preview-and-retrace.html#preview-in-the-viewport"),
+    ("bpy.types.hybridscenesettings.tint", "preview-and-retrace.html#preview-in-the-viewport"),
+    ("bpy.types.hybridscenesettings.shown", "passes-and-compositing.html#in-the-image-editor"),
+    ("bpy.types.hybridscenesettings.wipe", "passes-and-compositing.html#in-the-image-editor"),
+    ("bpy.types.hybridscenesettings.compare_slot", "passes-and-compositing.html#in-the-image-editor"),
+    ("bpy.types.hybridscenesettings.insets", "passes-and-compositing.html#in-the-image-editor"),
+    ("bpy.types.hybridscenesettings.pass*", "passes-and-compositing.html#passes-for-the-compositor"),
+    ("bpy.types.hybridscenesettings*", "settings.html#scene"),
+    ("bpy.types.hybrid*settings*", "first-render.html#where-the-surface-comes-from"),
+    ("bpy.ops.hybrid.*advise*", "what-needs-rays.html"),
+    ("bpy.ops.hybrid.retrace*", "preview-and-retrace.html#retrace"),
+    ("bpy.ops.hybrid.explain_pixel*", "passes-and-compositing.html#in-the-image-editor"),
+    ("bpy.ops.hybrid.render_cameras*", "passes-and-compositing.html#in-the-image-editor"),
+    ("bpy.ops.hybrid.*", "first-render.html#which-objects-are-ray-traced"),
+)
+"""Which page tells of what, the first that fits: for *Online Manual* in the menu of a right click, and F1."""
+
+
+def manual_map() -> tuple[str, tuple[tuple[str, str], ...]]:
+    """Where the pages lie, and which they are, as `bpy.utils.register_manual_map` asks for."""
+    return f"{(MANUAL / 'manual').as_uri()}/", PAGES
+
+
+class HYBRID_OT_manual(bpy.types.Operator):
+    bl_idname = "hybrid.manual"
+    bl_label = "Hybrid Manual"
+    bl_description = "Open the manual of this add-on in a browser: it lies in the add-on, no network is needed"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        if MANUAL.is_dir():
+            return True
+        cls.poll_message_set("The zip has the manual; here it is in docs/manual")
+        return False
+
+    def execute(self, _context: bpy.types.Context) -> set[str]:
+        bpy.ops.wm.url_open(url=f"{manual_map()[0]}first-render.html")
+        return {"FINISHED"}
+
+
 CLASSES = (
+    HYBRID_OT_manual,
     HYBRID_OT_ray_traced_set,
     HYBRID_OT_copy_to_selected,
     HYBRID_OT_select_ray_traced,

@@ -29,6 +29,7 @@ class HYBRID_RENDER_PT_settings(bpy.types.Panel):
         self.layout.prop(context.scene.hybrid, "enabled", text="")
 
     def draw_header_preset(self, _context: bpy.types.Context) -> None:
+        self.layout.operator("hybrid.manual", text="", icon="HELP", emboss=False)
         HYBRID_PT_quality_presets.draw_panel_header(self.layout)
 
     def draw(self, context: bpy.types.Context) -> None:

@@ -7,6 +7,7 @@ It takes nothing of the film and leaves nothing there: the picture at the end ha
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,29 +18,51 @@ from .pixels import OWN, RADIANCE, SEEN, PixelBuffer
 
 Bools = NDArray[np.bool_]
 
-SoFar = Callable[[], Float32]
-"""Makes the picture so far, (h, w, 3) radiance over the window, when it is asked for: that takes a moment."""
+
+class SoFar(Protocol):
+    """Makes the picture so far, (h, w, 3) radiance over the window, when it is asked for: that takes a moment."""
+
+    def __call__(self, step: int = 1) -> Float32:
+        """step: so many of the window's pixels either way are one of the picture."""
+
 
 Show = Callable[[SoFar], None]
 """Is told often that there is more to show, on the thread that called the tracer."""
 
 
-def so_far(image: ResolvedImage, pixel_buffer: PixelBuffer, shape: tuple[int, int]) -> Float32:
+def so_far(image: ResolvedImage, pixel_buffer: PixelBuffer, shape: tuple[int, int], step: int = 1) -> Float32:
     """(h, w, 3) radiance of a window: strips that are done, and of the one in work the pixels' own samples.
+
+    shape : of the window.   step : so many of its pixels either way become one, so that a large picture costs no more.
 
     Workers may be adding samples meanwhile: a pixel that is just being written to may be wrong until the next time.
     """
+    radiance = image.radiance.reshape(*shape, 3)[::step, ::step].copy()
+    known = image.known.reshape(shape)[::step, ::step].copy()
     place = pixel_buffer.grid.window
-    inside = np.flatnonzero(place >= 0)
-    own = pixel_buffer.given[0, OWN][:, inside]
-    seen = own[SEEN]
-    with np.errstate(all="ignore"):
-        mean = own[RADIANCE] / seen
-    there = (seen > 0) & np.isfinite(mean).all(axis=0)
-    radiance, known = image.radiance.copy(), image.known.copy()
-    radiance[place[inside[there]]] = mean[:, there].T
-    known[place[inside[there]]] = True
-    return fill_coarse(radiance.reshape(*shape, 3), known.reshape(shape))
+    inside = np.flatnonzero(place >= 0).astype(np.int32)
+    sums, counts = np.zeros((3, known.size), np.float32), np.zeros(known.size, np.float32)
+    for start in range(0, len(inside), AT_ONCE):
+        chosen = inside[start : start + AT_ONCE]
+        own = pixel_buffer.given[0, OWN][:, chosen]
+        with np.errstate(all="ignore"):
+            mean = own[RADIANCE] / own[SEEN]
+        there = (own[SEEN] > 0) & np.isfinite(mean).all(axis=0)
+        row, column = np.divmod(place[chosen[there]], shape[1])
+        block = row // step * known.shape[1] + column // step
+        counts += np.bincount(block, minlength=known.size)
+        for channel in range(3):
+            sums[channel] += np.bincount(block, mean[channel, there], minlength=known.size)
+    new = counts > 0
+    if step > 1:  # a block in two strips: what is done counts
+        new &= ~known.ravel()
+    radiance.reshape(-1, 3)[new] = (sums[:, new] / counts[new]).T
+    known.reshape(-1)[new] = True
+    return fill_coarse(radiance, known)
+
+
+AT_ONCE = 1 << 17
+"""So many pixels in work are looked at together: each takes a hundred bytes meanwhile."""
 
 
 def fill_coarse(picture: Float32, known: Bools) -> Float32:

@@ -32,6 +32,8 @@ TREE_BYTES = 150
 """Of a triangle, Embree's tree and its copy of the vertices."""
 FILM_BYTES = 30
 """Of a pixel of the picture."""
+LOOKED_AT = 1 << 20, 60
+"""Pixels at most of a picture that is shown while it grows, and bytes of each while it is made (film/so_far.py)."""
 SAMPLE_BYTES = 240
 """Of a pixel that is traced, what its samples add up to, in the strip that is traced."""
 LONGEST_STRIP = 1 << 21
@@ -51,11 +53,12 @@ def expected(scene: Scene, settings: Settings, pixels: int) -> dict[str, int]:
     transmits = any(_is_below_one(part.opacity) for s in scene.surfaces for part in s.parts)
     x0, y0, x1, y1 = scene.camera.window
     threads = settings.threads or os.cpu_count() or 1
+    shown = min(pixels, LOOKED_AT[0]) * LOOKED_AT[1]
     rays = min(threads * settings.chunk, pixels * settings.samples)
     return {
         "geometry": triangles * (GEOMETRY_BYTES + MEDIA_BYTES * transmits),
         "search trees": triangles * TREE_BYTES,
-        "film": (x1 - x0) * (y1 - y0) * FILM_BYTES + min(pixels, LONGEST_STRIP) * SAMPLE_BYTES,
+        "film": (x1 - x0) * (y1 - y0) * FILM_BYTES + min(pixels, LONGEST_STRIP) * SAMPLE_BYTES + shown,
         "rays": rays * RAY_BYTES,
     }
 

@@ -33,7 +33,7 @@ def test_a_picture_grows_from_eevees_half_about_once_a_second(scene, clock):
     np.testing.assert_array_equal(own.so_far.picture, raster[..., :3])
     made = []
 
-    def make():
+    def make(step):
         made.append(clock[0])
         return np.full((2, 4, 3), len(made), np.float32)
 
@@ -76,7 +76,7 @@ def test_looking_on_never_ends_a_render(scene, clock):
     grows.begins_with(np.ones((2, 4, 4), np.float32), np.ones((2, 4), np.float32))
     shown, asked = own.so_far.picture, []
 
-    def make():
+    def make(step):
         asked.append(1)
         raise MemoryError
 

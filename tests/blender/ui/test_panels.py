@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import sys
+from fnmatch import fnmatchcase
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,9 +15,10 @@ from hybrid_addon.blender import flags, session
 from hybrid_addon.blender.errors import HybridError
 from hybrid_addon.blender.pipeline import transmission
 from hybrid_addon.blender.sync.coverage import scene_tables
-from hybrid_addon.blender.ui import advice, layout, messages, panels, render_panels, translations
+from hybrid_addon.blender.ui import advice, layout, messages, operators, panels, render_panels, translations
 from hybrid_addon.blender.ui.image_editor import editor_panels
 from hybrid_addon.blender.ui.translations.german import GERMAN
+from tools import manual_pages
 
 sys.path.insert(0, str(Path(__file__).parent))
 import labels
@@ -226,3 +228,18 @@ def test_eevees_raytracing_is_named_where_it_draws_a_mirror(cube):
         assert scene_tables._leaves_mirrors(cube.eevee) == named
     bpy.context.object.hide_render = True
     assert not scene_tables._leaves_mirrors(cube.eevee)
+
+
+def test_the_manual_tells_of_every_setting_and_operator(addon, tmp_path):
+    """By *Online Manual* and F1: each page is there, and the place on it."""
+    manual_pages.write(tmp_path)
+    prefix, pages = operators.manual_map()
+    assert prefix.startswith("file://") and prefix.endswith("/manual/")
+    for _, address in pages:
+        name, _, place = address.partition("#")
+        assert not place or f'id="{place}"' in (tmp_path / "manual" / name).read_text(encoding="utf-8"), address
+    found = [f"bpy.types.HybridSceneSettings.{name}" for name in ("samples", "wipe", "pass_depth", "preview")]
+    found += ["bpy.types.HybridObjectSettings.ior", "bpy.ops.hybrid.flag_advised", "bpy.ops.hybrid.ray_traced_set"]
+    for name in found:
+        assert any(fnmatchcase(name.lower(), pattern) for pattern, _ in pages), name
+    assert bpy.ops.hybrid.manual.poll() == operators.MANUAL.is_dir()

@@ -46,6 +46,12 @@ EDITOR = {
     "Left of it is what Show names, right of it the Render Result. The line in the picture can be dragged": (
         "Links davon ist, was Zeigen nennt, rechts das Renderergebnis. Die Linie im Bild lässt sich ziehen"
     ),
+    # the manual
+    "Hybrid Manual": "Hybrid-Handbuch",
+    "Open the manual of this add-on in a browser: it lies in the add-on, no network is needed": (
+        "Das Handbuch dieses Add-ons im Browser öffnen: es liegt im Add-on, ohne Netz"
+    ),
+    "The zip has the manual; here it is in docs/manual": "Die Zip-Datei hat das Handbuch; hier liegt es in docs/manual",
     # overlay, cameras
     "Ray Traced Objects": "Objekte mit Raytracing",
     "Color what is ray traced, as an overlay of viewports": "Färben, was Raytracing hat: ein Overlay der Ansichten",
