@@ -32,9 +32,6 @@ SKIPPED = {
 }  # fmt: skip
 """Values that change no picture, are large, or come from other values."""
 
-if bpy.app.version >= (5, 0):
-    SKIPPED.add("use_nodes")  # always on, and deprecated
-
 SCENE = (
     "render.resolution_x", "render.resolution_y", "render.resolution_percentage", "render.pixel_aspect_x",
     "render.pixel_aspect_y", "render.use_border", "render.border_min_x", "render.border_min_y", "render.border_max_x",
@@ -172,7 +169,8 @@ def _values(b_struct: Any, depth: int = 0) -> list[object]:
     for b_property in b_struct.bl_rna.properties:
         name = b_property.identifier
         large = isinstance(b_struct, bpy.types.Mesh) and b_property.type in {"COLLECTION", "POINTER"}
-        if name in SKIPPED or large:
+        is_deprecated = getattr(b_property, "is_deprecated", False)  # from Blender 5 on; to read it is a warning
+        if name in SKIPPED or large or is_deprecated:
             continue
         value: Any = getattr(b_struct, name, None)
         if b_property.type == "COLLECTION":

@@ -22,7 +22,7 @@ from ..core.constants import REACH_MARGIN
 from ..core.stats import Stats
 from ..core.vectors import dot
 from ..emitters.light import CompiledLight
-from ..film.filter import grow
+from ..film.filter import grow, reach_of_centres
 from ..parallel.pool import workers
 from ..prepare.compiled import CompiledScene
 from ..sampling.passes import Pass, Passes, Progress
@@ -127,7 +127,7 @@ def _concerned(view: CompiledScene, pixels: Pixels, stats: Stats) -> Pixels:
         for found, counted in pool.map(look, range(0, len(pixels), CHUNK)):
             reached[found] = True
             stats.merge(counted)
-    around = math.ceil(view.settings.filter_radius) + 1 if view.settings.samples > 1 else 0
+    around = reach_of_centres(view.settings.filter_radius) if view.settings.samples > 1 else 0
     grown = grow(reached.reshape(y1 - y0, x1 - x0), around).reshape(-1)
     return pixels[grown[pixels]]
 

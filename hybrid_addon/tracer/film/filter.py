@@ -163,6 +163,15 @@ class Grid:
         return result.reshape(*values.shape[:-1], *self.size)
 
 
+def reach_of_centres(radius: float) -> int:
+    """So many pixels around one whose centre shows a thing, samples that show it may count.
+
+    As far as the filter's radius, in pixels, and one more for what begins between two centres. `PixelFilter.reach` is
+    less: it is that of samples, which are known to lie in their own pixel. Over EEVEE's pixels see FILTER_SPILL.
+    """
+    return math.ceil(radius) + 1
+
+
 def grow(chosen: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:
     """Let chosen pixels (h, w) grow by so many in all directions."""
     for axis in (0, 1):

@@ -13,6 +13,7 @@ from ...scene import Float32
 from ..core.constants import NO_DEPTH
 from ..core.stats import Stats
 from ..core.vectors import select
+from ..film.filter import grow, reach_of_centres
 from ..prepare.compiled import CompiledScene
 from ..shading.closures import closures_at
 from ..shading.interaction import interact
@@ -32,17 +33,7 @@ def seen_through(scene: CompiledScene, stats: Stats) -> NDArray[np.bool_]:
         chunk = np.arange(start, min(start + CHUNK, len(result)))
         rays, hits = scene.shown(chunk, stats)
         result[chunk[rays.sample[shows.take(hits.prim)]]] = True
-    reach = int(np.ceil(scene.settings.filter_radius)) + 1
-    return _grown(_grown(result.reshape(shape), reach).T, reach).T
-
-
-def _grown(marks: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
-    """Marks (h, w) spread by `reach` rows up and down."""
-    result = marks.copy()
-    for distance in range(1, min(reach, len(marks) - 1) + 1):
-        result[distance:] |= marks[:-distance]
-        result[:-distance] |= marks[distance:]
-    return result
+    return grow(result.reshape(shape), reach_of_centres(scene.settings.filter_radius))
 
 
 CHUNK = 1 << 16
