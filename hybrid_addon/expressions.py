@@ -45,12 +45,17 @@ class Hits(Protocol):
         "backfacing" or "cosine" (of the view angle) of the hits, what their rays or instances know (RAY, INSTANCE), or
         interpolated data of the mesh's corners; 0 where there is none."""
 
+    def raycast(self, position: Array, direction: Array, length: Array, only_local: bool) -> Array:
+        """(9, n) what rays in the scene hit first within `length` metres: whether something, whether the object itself,
+        its distance (`length` of nothing), its place and its normal on the ray's side. position, direction: (3, n or
+        1), a ray that starts at the hit itself leaves its surface. only_local: all other objects are not there."""
+
     def gradient(self, value: Callable[[Any], Array], on_facet: bool = False) -> Array:
         """(3, n): how a number grows along the surface, for each metre, less than 0 seen from the inner side; `value`
         works it out at given hits. on_facet: of metres across the normal, wherever the facet lies (it is displaced)."""
 
 
-ASKING = ("image", "image_alpha", "attribute", "slope")  # operations that ask the hits
+ASKING = ("image", "image_alpha", "attribute", "slope", "raycast")  # operations that ask the hits
 
 
 # ------------------------------------------------------------------------------------------------ building and folding
@@ -118,6 +123,11 @@ def reads(surface: Surface) -> set[str]:
         elif e.operation in ("image", "image_alpha") and not e.inputs:
             keys.add("uv:" + e.data.uv_map)
     return keys
+
+
+def casts_rays(surface: Surface) -> bool:
+    """Whether a surface asks what rays from its places hit."""
+    return any(e.operation == "raycast" for e in expressions_of(surface))
 
 
 def reads_ray(surface: Surface) -> bool:
@@ -194,6 +204,8 @@ class Evaluation:
             return rgba[3:] if expression.operation == "image_alpha" else rgba[:3]
         if expression.operation == "attribute":
             return self._hits.attribute(expression.data)
+        if expression.operation == "raycast":
+            return self._hits.raycast(inputs[0], inputs[1], inputs[2], expression.data)
         extra = () if expression.data is None else (expression.data,)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             result = OPERATIONS[expression.operation](*inputs, *extra)

@@ -38,11 +38,13 @@ class TriangleMesh:
 
 @dataclass(frozen=True, eq=False)
 class Visibility:
-    """Which rays an object exists for: camera rays, shadow rays, and all others (reflected and refracted)."""
+    """Which rays an object exists for: camera rays, shadow rays, all others (reflected and refracted), and those that
+    nodes ask for (Raycast)."""
 
     camera: bool = True
     shadow: bool = True
     secondary: bool = True
+    raycast: bool = True
 
 
 @dataclass(frozen=True, eq=False)

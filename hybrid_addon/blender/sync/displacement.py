@@ -246,6 +246,10 @@ class _Corners:
         found = self._mesh.attributes.get(key)
         return np.zeros((width, n), np.float32) if found is None else found.T
 
+    def raycast(self, _position: Any, _direction: Any, length: Any, _only_local: bool) -> NDArray[Any]:
+        """Nothing is hit: there is no scene yet."""
+        return np.concatenate([np.zeros((2, 1)), np.atleast_2d(length)[:, :1], np.zeros((6, 1))])
+
     def gradient(self, value: Callable[[Any], NDArray[Any]], _on_facet: bool = False) -> Float32:
         """(3, nc): none, as in EEVEE's vertex shader."""
         return np.zeros((3, len(self._point)), np.float32)

@@ -19,7 +19,7 @@ from .nodes import Node
 from .object_values import rgba_in
 from .texture import NodeReader
 from .value_nodes import TABLE_STEPS
-from .values import NODES, NORMAL, attribute, number, vector
+from .values import NODES, NORMAL, attribute, number, once, vector
 
 LIGHT_RAYS = ("Is Glossy Ray", "Is Singular Ray", "Is Reflection Ray", "Is Transmission Ray")
 """What EEVEE's rays to the world are when it is to light, all at once."""
@@ -106,6 +106,24 @@ def _tangent(node: Node, output: str, reader: NodeReader) -> Value | None:
 def _bevel(node: Node, output: str, reader: NodeReader) -> Value:
     """EEVEE rounds nothing."""
     return vector(reader, node, "Normal") if node.input("Normal").node() is not None else NORMAL
+
+
+def _raycast(node: Node, output: str, reader: NodeReader) -> Value | None:
+    """What a ray meets first. EEVEE looks for it in its own picture, Cycles in the scene, as rays do."""
+    rows = {"Is Hit": (0,), "Self Hit": (1,), "Hit Distance": (2,), "Hit Position": (3, 4, 5), "Hit Normal": (6, 7, 8)}
+    if reader.camera is not None or output not in rows:
+        return None
+
+    def cast() -> Value:
+        linked = [node.input(name).node() is not None for name in ("Position", "Direction")]
+        position = vector(reader, node, "Position") if linked[0] else attribute("position")
+        direction = vector(reader, node, "Direction") if linked[1] else NORMAL
+        inputs = position, direction, number(reader, node, "Length")
+        return ex.apply("raycast", *inputs, data=bool(node.b_node.only_local))
+
+    cast_ray = once(reader, node, cast, "raycast")
+    found = [ex.apply("channel", cast_ray, data=row) for row in rows[output]]
+    return found[0] if len(found) == 1 else ex.apply("join", *found)
 
 
 # ------------------------------------------------------------------------------------------------ the camera, spaces
@@ -203,6 +221,7 @@ NODES.update(
         "ShaderNodeNewGeometry": _geometry,
         "ShaderNodeTangent": _tangent,
         "ShaderNodeBevel": _bevel,
+        "ShaderNodeRaycast": _raycast,
         "ShaderNodeCameraData": _camera_data,
         "ShaderNodeVectorTransform": _vector_transform,
         "ShaderNodeNormal": _normal,

@@ -320,5 +320,6 @@ def _visibility(b_object: bpy.types.Object) -> Visibility:
     return Visibility(
         camera=b_object.visible_camera,
         shadow=b_object.visible_shadow,
+        raycast=getattr(b_object, "visible_raycast", True),  # of 5.2
         secondary=b_object.visible_glossy or b_object.visible_transmission,
     )

@@ -44,6 +44,10 @@ class Directions:
         rows = 1 if key in ("cosine", "backfacing") else ATTRIBUTE_WIDTHS.get(key.partition(":")[0], 3)
         return np.full((rows, self._direction.shape[1]), key == "cosine", np.float32)
 
+    def raycast(self, _position: Array, _direction: Array, length: Array, _only_local: bool) -> Array:
+        """Nothing is hit: there is no scene yet."""
+        return np.concatenate([np.zeros((2, 1)), np.atleast_2d(length)[:, :1], np.zeros((6, 1))])
+
     def gradient(self, value: Callable[[Any], Array], _on_facet: bool = False) -> Float32:
         """(3, n): none."""
         return np.zeros((3, self._direction.shape[1]), np.float32)

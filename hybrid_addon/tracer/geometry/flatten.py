@@ -8,7 +8,7 @@ distances are worked out from them in float64. Meshes of very many instances are
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -35,6 +35,9 @@ from .subdivide import split_large_triangles
 from .triangles import TriangleSoup, join, no_triangles
 
 Bools = NDArray[np.bool_]
+
+Cast = Callable[[Float32, Float32], Any]
+"""Origins and directions (3, n) of rays, their nearest `hits.Hits`."""
 
 TOGETHER = 1 << 14
 """Triangles of small meshes that are prepared at once: they stay in a core's cache."""
@@ -72,6 +75,7 @@ class Geometry:
     object_values: Mapping[str, Float64]  # key -> (objects, width), what surfaces read of instances
     instanced: Instanced | None  # meshes that are kept once; None: all are flattened
     bounds_radius: float  # of a ball around the centre that holds the whole scene; infinite if there are planes
+    cast: Cast | None = None  # what rays (3, n) of expressions hit; None: none asks
     enclosed: Bools | None = None  # (objects,) closed meshes that light comes through; None: there is none
 
     @cached_property

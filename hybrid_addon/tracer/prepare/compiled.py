@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...expressions import reads_ray
+from ...expressions import casts_rays, reads_ray
 from ...scene import Camera, Float32, Float64, Scene, Settings
 from ..core.cache import PREPARED, SceneCache
 from ..core.camera import generate_rays, near_plane
@@ -80,6 +80,10 @@ class CompiledScene:
         self.camera = prepared.camera
         self.geometry, self.surfaces, self.world = prepared.geometry, prepared.surfaces, prepared.world
         self.media = prepared.media
+        if any(casts_rays(surface) for surface in scene.surfaces):
+            self.geometry = replace(self.geometry, cast=self._cast)
+            seen = [[thing.visibility.raycast for thing in of] for of in (scene.instances, scene.spheres, scene.planes)]
+            self._met_by_casts = np.concatenate([np.array(of, bool) for of in seen])[self.geometry.object]
         self.plan = prepared.plan
         if self.plan.ambient and self.surfaces.blurs.any():
             self.world.prepare_glossy(*self.surfaces.blur_roughness)
@@ -106,8 +110,16 @@ class CompiledScene:
         hides = g.secondary & ~self.surfaces.transmits[g.surface]
         self.occluders = self._set(hides) if self.plan.occlusion else None
         self.bodies = self._set(g.camera | g.secondary) if self.plan.probed else None
+        self._casts_meet = (
+            None if g.cast is None else self._set((g.camera | g.secondary | g.shadow) & self._met_by_casts)
+        )
         self._all_cast = bool(g.shadow.all())
         self._make_shadow_sets(g.shadow, np.zeros_like(g.shadow))
+
+    def _cast(self, origin: Float32, direction: Float32) -> Hits:
+        """What rays of expressions hit first, whatever it is."""
+        assert self._casts_meet is not None
+        return self._casts_meet.nearest(origin, direction, Stats())
 
     def _make_shadow_sets(self, casts: NDArray[np.bool_], blocks: NDArray[np.bool_]) -> None:
         """Let the primitives `casts` (np,) cast shadows, and `blocks` (np,) of them opaque ones whatever they are."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ... import expressions as ex
 from ...procedural import elementary
 from ...scene import Float32, Float64, Texture
-from ..core.constants import BUMP_STEP, STEEPEST_FACET
+from ..core.constants import BUMP_STEP, MAX_HIDDEN_FACES, STEEPEST_FACET
 from ..core.rays import (
     CAMERA_RAY,
     DIFFUSE,
@@ -24,6 +24,9 @@ from ..core.rays import (
     TRANSMITTED_RAY,
     TRAVELLED,
     RayState,
+    offset_origin,
+    origin_offset,
+    traceable,
 )
 from ..core.vectors import (
     ALL,
@@ -41,7 +44,9 @@ from ..core.vectors import (
 )
 from ..geometry.aggregate import barycentrics
 from ..geometry.flatten import Geometry
+from ..geometry.hits import Hits
 from ..materials.textures import sample_texture
+from .interaction import smooth_normals
 
 Numbers = NDArray[np.intp]
 
@@ -177,6 +182,65 @@ class HitData:
             )  # fmt: skip
             result += direction * ((value(there)[0].astype(np.float64) - here[0]) / step)
         return result * signs(self.entering)
+
+    def raycast(self, position: Array, direction: Array, length: Array, only_local: bool) -> Float32:
+        """(9, n), see `expressions.Hits`. The nearest hit whatever it is of, transparent or not (svm/raycast.h)."""
+        n, g = len(self.face), self.geometry
+        own = g.object.take(g.rows_of(self.face))
+        length = np.broadcast_to(length[0], n).astype(np.float64)
+        result = np.zeros((9, n), np.float32)
+        result[2] = length
+        place = np.broadcast_to(position, (3, n)).astype(np.float64)
+        way = np.broadcast_to(direction, (3, n)).astype(np.float64)
+        size = np.sqrt(dot(way, way))
+        way = way / np.where(size > 0, size, 1)
+        start = place - g.center[:, None]
+        # From its own place a ray leaves the surface on the side to which it goes.
+        here = np.abs(start - self.point).max(axis=0) <= origin_offset(self.point.astype(np.float32), self._extent)
+        outward = self._true_normal * np.where(dot(self._true_normal, way) < 0, np.float32(-1), np.float32(1))
+        offset = np.where(here, origin_offset(self.point.astype(np.float32), self._extent), np.float32(0))
+        origin, sent = offset_origin(start, outward, offset), np.asarray(way, np.float32)
+        left = flatnonzero(traceable(origin, sent) & (length > 0) & (size > 0))
+        gone = np.zeros(n)
+        for _ in range(MAX_HIDDEN_FACES):
+            if len(left) == 0 or g.cast is None:
+                break
+            hits = g.cast(origin[:, left], sent[:, left])
+            far = gone[left] + hits.t
+            met = (hits.prim >= 0) & (far <= length[left])
+            mine = met & (g.object.take(hits.prim, mode="wrap") == own[left])
+            there = flatnonzero(mine if only_local else met)
+            found, index = hits.take(there), left[there]
+            result[0, index], result[1, index], result[2, index] = 1, mine[there], far[there]
+            result[3:6, index] = place[:, index] + sent[:, index] * far[there]
+            result[6:9, index] = self._facing(found, origin[:, index], sent[:, index])
+            if not only_local:
+                break
+            beside = flatnonzero(met & ~mine)  # another object, which is not there
+            found, left = hits.take(beside), left[beside]
+            point = origin[:, left] + sent[:, left] * found.t
+            behind = found.normal * np.sign(found.toward).astype(np.float32)
+            gone[left] += found.t
+            origin[:, left] = offset_origin(point, behind, origin_offset(point.astype(np.float32), found.extent(g)))
+        return result
+
+    @cached_property
+    def _extent(self) -> Float32:
+        """(n,) of what is hit (`Hits.extent`)."""
+        table, place = self.geometry.faces_of(self.face)
+        return table.extent.take(place)
+
+    def _facing(self, hits: Hits, origin: Float32, direction: Float32) -> Float32:
+        """(3, m) smooth normals of hits on the side that their rays come from."""
+        table, place = self.geometry.faces_of(hits.face)
+        entering = hits.toward < 0
+        facing = hits.normal * np.where(entering, np.float32(1), np.float32(-1))
+        if table.normals is None or len(place) == 0:
+            return facing
+        point = origin + direction * hits.t
+        return smooth_normals(
+            table.smooth, table.normals, table.weights, place.astype(np.intp), point, facing, entering
+        )[1]
 
     def unit_normal(self, n: Array) -> Float32:
         """Vectors (3, n) as unit normals, whichever way they look; where there is none the shading normal stays."""

@@ -38,7 +38,7 @@ def _blends(b_material: Any) -> bool:
 OBJECT: Table = {
     **followed(
         "type, data, material_slots, matrix_world, hide_render, visible_camera, visible_shadow, visible_diffuse,"
-        "visible_glossy, visible_transmission, light_linking, instance_collection"
+        "visible_raycast, visible_glossy, visible_transmission, light_linking, instance_collection"
     ),
     "is_holdout": Named("is not traced; it is solid in reflections", False, _has_faces),
     **irrelevant(
@@ -58,7 +58,6 @@ OBJECT: Table = {
         CYCLES, "is_shadow_catcher, shadow_terminator_geometry_offset, shadow_terminator_shading_offset, cycles"
     ),
     **irrelevant("it moves EEVEE's shadows less than can be seen", "shadow_terminator_normal_offset"),
-    **irrelevant("asked by node Raycast alone, which is named", "visible_raycast"),
     **irrelevant(PASSES, "lightgroup"),
     **irrelevant(GREASE_PENCIL, "shader_effects, use_grease_pencil_lights, lineart"),
     **irrelevant("of empties that show images, in the viewport alone", "empty_*, image_user, show_empty_*"),

@@ -76,6 +76,7 @@ VALUES: dict[str, Table] = {
     "ShaderNodeTexWhiteNoise": followed("Vector, W"),
     "ShaderNodeTexSky": followed("Vector"),
     "ShaderNodeDisplacement": followed("Height, Midlevel, Scale, Normal"),
+    "ShaderNodeRaycast": followed("Position, Direction, Length"),
     "ShaderNodeVectorDisplacement": followed("Vector, Midlevel, Scale"),
     **nodes(
         "TexCoord, UVMap, Attribute, VertexColor, NewGeometry, HairInfo, LightPath, Value, RGB, Group, ObjectInfo,"
@@ -83,7 +84,7 @@ VALUES: dict[str, Table] = {
         {},
     ),
     **nodes(
-        "ParticleInfo, PointInfo, RadialTiling, Raycast, Script, ShaderToRGB, Squeeze, TexIES, TexPointDensity,"
+        "ParticleInfo, PointInfo, RadialTiling, Script, ShaderToRGB, Squeeze, TexIES, TexPointDensity,"
         "UVAlongStroke, VolumeInfo, Wireframe",
         NOT_FOLLOWED,
     ),
