@@ -17,6 +17,7 @@ from ..scene import Float32
 from ..settings_table import RENDER, RETRACE, SURFACE, Setting, checked, described
 from . import session
 from .errors import HybridError
+from .flags import why_not
 from .pipeline import opengl, scene_setup
 from .render import eevee_half, engine, images
 from .render import retrace as again
@@ -56,27 +57,22 @@ class HybridResult:
 
 
 def mark(
-    obj: bpy.types.Object,
+    obj: bpy.types.Object | bpy.types.Material,
     *,
     reflectivity: float | None = None,
     opacity: float | None = None,
     ior: float | None = None,
     dispersion: float | None = None,
 ) -> None:
-    """Flag an object as ray traced. Reflectivity, opacity or IOR make its surface Custom; else its materials decide.
+    """Flag an object as ray traced, or a material: then all faces that wear it are, whichever objects they are of.
 
-    dispersion : 20 / Abbe number; it counts beside the materials' IOR, too.
+    Reflectivity, opacity or IOR make its surface Custom; else its materials, or its nodes, decide.
+    dispersion : 20 / Abbe number; it counts beside the nodes' IOR, too.
 
-    Raises HybridError for an object that has no surface (a light, a camera) and for a value out of range.
+    Raises HybridError for an object that has no surface (a light, a camera), a material that cannot be ray traced by
+    itself, and for a value out of range.
     """
-    if not isinstance(obj, bpy.types.Object):
-        raise HybridError(f"{obj!r} is not an object: pass bpy.data.objects['NAME']")
-    if obj.type == "META":
-        raise HybridError(f"'{obj.name}' is a metaball: convert it to a mesh (Object > Convert) to ray trace it")
-    if obj.type not in GEOMETRY:
-        raise HybridError(f"'{obj.name}' is a {obj.type.lower()}: only objects with a surface can be ray traced")
-    if obj.library is not None:
-        raise HybridError(f"'{obj.name}' is linked from {obj.library.filepath}: make a library override first")
+    _check_mark(obj)
     given = {"reflectivity": reflectivity, "opacity": opacity, "ior": ior, "dispersion": dispersion}
     values = _given(SURFACE, given, "mark()")
     for name, value in values.items():
@@ -84,8 +80,23 @@ def mark(
     obj.hybrid.ray_traced = True
 
 
-def unmark(obj: bpy.types.Object) -> None:
-    """Let EEVEE draw the object again. Its values stay for the next time."""
+def _check_mark(obj: bpy.types.ID) -> None:
+    if not isinstance(obj, (bpy.types.Object, bpy.types.Material)):
+        raise HybridError(f"{obj!r} is neither an object nor a material: pass bpy.data.objects['NAME']")
+    if obj.library is not None:
+        raise HybridError(f"'{obj.name}' is linked from {obj.library.filepath}: make a library override first")
+    if isinstance(obj, bpy.types.Material):
+        if why_not(obj):
+            raise HybridError(f"material '{obj.name}': {why_not(obj)}")
+        return
+    if obj.type == "META":
+        raise HybridError(f"'{obj.name}' is a metaball: convert it to a mesh (Object > Convert) to ray trace it")
+    if obj.type not in GEOMETRY:
+        raise HybridError(f"'{obj.name}' is a {obj.type.lower()}: only objects with a surface can be ray traced")
+
+
+def unmark(obj: bpy.types.Object | bpy.types.Material) -> None:
+    """Let EEVEE draw the object, or what wears the material, again. Its values stay for the next time."""
     obj.hybrid.ray_traced = False
 
 

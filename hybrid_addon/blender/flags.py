@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which objects are ray traced: by their own flag, or by that of a collection that they are in, or that they show.
 
+And which materials are, whatever wears them.
+
 The pipeline (what EEVEE holds out) and the translator (what camera rays see) both ask here: they must never differ.
 """
 
@@ -61,6 +63,31 @@ def shows_ray_traced(b_object: bpy.types.Object) -> bool:
     return shown is not None and shown.hybrid.ray_traced
 
 
+def is_traced_by_itself(b_material: bpy.types.Material) -> bool:
+    """Whether all faces that wear a material, original or evaluated, are ray traced, whichever object they are of."""
+    return is_ticked(b_material) and not why_not(b_material)
+
+
+def is_ticked(b_material: bpy.types.Material) -> bool:
+    """Whether the artist wants that of a material; the translator also works without the add-on."""
+    hybrid = getattr(b_material.original, "hybrid", None)
+    return hybrid is not None and hybrid.ray_traced
+
+
+def why_not(b_material: bpy.types.Material) -> str:
+    """Why a material cannot be ray traced by itself, as one line for people; "" if it can."""
+    tree = b_material.original.node_tree
+    if tree is None or (bpy.app.version < (5, 0, 0) and not b_material.use_nodes):  # later they all have nodes
+        return "it has no nodes: tick Use Nodes to have it ray traced by itself"
+    output = tree.get_output_node("EEVEE")
+    if output is not None and output.inputs["Volume"].is_linked and not output.inputs["Surface"].is_linked:
+        return "it is a volume: only surfaces can be ray traced by themselves"
+    for b_object in bpy.data.objects:
+        if b_object.type == "META" and b_material.original in {b_slot.material for b_slot in b_object.material_slots}:
+            return f"metaball {b_object.name!r} wears it, which only EEVEE draws: give the metaball another one"
+    return ""
+
+
 def unsaved_overrides(scene: bpy.types.Scene) -> list[bpy.types.ID]:
     """Overrides whose settings of ours Blender drops when it saves: the linked datablock has never had any.
 
@@ -93,3 +120,9 @@ def clear(scene: bpy.types.Scene) -> None:
         shown = b_object.instance_collection
         if shown is not None and shown.library is None and shown.hybrid.ray_traced:
             shown.hybrid.ray_traced = False
+    here = {b_slot.material for b_object in scene.objects for b_slot in b_object.material_slots}
+    others = (b_object for b_object in bpy.data.objects if b_object not in set(scene.objects))
+    elsewhere = {b_slot.material for b_object in others for b_slot in b_object.material_slots}
+    for b_material in bpy.data.materials:
+        if is_ticked(b_material) and b_material.library is None and (b_material in here or b_material not in elsewhere):
+            b_material.hybrid.ray_traced = False

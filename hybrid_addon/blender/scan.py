@@ -51,6 +51,7 @@ def plan(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
         "mode": mode,
         "why": "" if mode == scene.hybrid.mode else "no object is ray traced",
         "ray_traced": [ob.name for ob in scene_setup.ray_traced_objects(scene)],
+        "ray_traced_materials": [b_material.name for b_material in scene_setup.ray_traced_materials(scene)],
         "settings": public_settings(scene),
         "counts": dict(translation.counts),
         "skipped": [] if planned is None else list(planned.skipped),
@@ -96,6 +97,8 @@ def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     everything = advice(
         found, translation.owners, ray_traced,
         pixels=width * height, samples=settings.samples, passes=passes, threads=threads,
+        surfaces=[surface.name for surface in translation.scene.surfaces],
+        materials=[b_material.name for b_material in scene_setup.ray_traced_materials(scene)],
     )  # fmt: skip
     note = rough_note(everything)
     return {

@@ -3,16 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:  # the interface needs this module's words where Embree does not load
     from ..tracer.integrator.survey import Survey
 
 LEAST_SHARE = 0.02
 """An object is worth rays if this share of its light comes in ways that EEVEE cannot follow."""
+
+MOST_OF_IT = 0.9
+"""Where the materials that need rays have no more than this share of an object's rays, they are suggested alone."""
 
 REASONS = {
     "OFF_SCREEN": "mirrors what the picture does not show",
@@ -24,17 +28,28 @@ REASONS = {
 
 
 def advice(
-    survey: Survey, owners: Sequence[str], ray_traced: set[str], *, pixels: int, samples: int, passes: int, threads: int
+    survey: Survey,
+    owners: Sequence[str],
+    ray_traced: set[str],
+    *,
+    pixels: int,
+    samples: int,
+    passes: int,
+    threads: int,
+    surfaces: Sequence[str] = (),
+    materials: Collection[str] = (),
 ) -> list[dict[str, Any]]:
     """What is known of each object that the survey met or that is ray traced; those that matter most first.
 
     owners  : of each of the survey's objects the one to flag.   ray traced : those that are.
     pixels, samples, passes, threads : of the render whose cost is estimated. Each pass over its pixels has as many
     waves as the survey; what these cost by themselves is shared out among the objects by their rays.
+    surfaces : names of the scene's.   materials : those that are ray traced by themselves.
 
-    Each: object, coverage (share of the picture), needs (share of its light that EEVEE cannot follow), why (one short
-    sentence each, the most important first), suggested, ray_traced, rough (it would be suggested if rays followed rough
-    surfaces), rays and seconds (an estimate, without building).
+    Each: object, materials (those of it that need rays, where the rest does not; else none: all of it), coverage (share
+    of the picture), needs (share of its light that EEVEE cannot follow), why (one short sentence each, the most
+    important first), suggested, ray_traced, rough (it would be suggested if rays followed rough surfaces), rays and
+    seconds (an estimate, without building).
     """
     from ..tracer.integrator.survey import KINDS
 
@@ -50,23 +65,54 @@ def advice(
     shares = [of(survey.pixels * share) / lit for share in survey.shares]
     rays = of(survey.rays) / survey.all_pixels * pixels * samples
     waves = survey.seconds_per_wave * survey.waves * passes
+    parts = _parts(survey, number, of(survey.rays), surfaces) if surfaces else {}
+    shown_traced = _wearers(survey, number, surfaces, materials)
     each = survey.seconds_per_ray / threads + waves / max(_chosen_rays(names, rays, needs, ray_traced), 1.0)
     found = [
         {
             "object": name,
+            "materials": parts.get(i, ([], 1.0))[0],
             "coverage": float(shown[i] / survey.all_pixels),
             "needs": float(needs[i]),
             "why": _why({kind: float(share[i]) for kind, share in zip(KINDS, shares, strict=True)}),
             "suggested": bool(needs[i] >= LEAST_SHARE),
-            "ray_traced": name in ray_traced,
+            "ray_traced": name in ray_traced or i in shown_traced,
             "rough": bool(if_rough[i] >= LEAST_SHARE > needs[i]),
-            "rays": round(float(rays[i])),
-            "seconds": float(rays[i] * each),
+            "rays": round(float(rays[i] * parts.get(i, ([], 1.0))[1])),
+            "seconds": float(rays[i] * each * parts.get(i, ([], 1.0))[1]),
         }
         for i, name in enumerate(names)
         if rays[i] > 0 or name in ray_traced
     ]
     return sorted(found, key=lambda entry: (-entry["coverage"] * entry["needs"], -entry["coverage"], entry["object"]))
+
+
+def _parts(
+    survey: Survey, number: NDArray[np.intp], rays: np.ndarray, surfaces: Sequence[str]
+) -> dict[int, tuple[list[str], float]]:
+    """Of objects of which only some materials need rays: the names of these, and their share of the object's rays.
+
+    number : of each of the survey's objects the one that is flagged.   rays : of each of those.
+    """
+    worn, found = survey.worn, dict[int, tuple[list[str], float]]()
+    owner, name = number[worn.object], np.array([surfaces[i] for i in worn.surface], object)
+    needy = worn.needs >= LEAST_SHARE
+    for i in np.unique(owner[needy]).tolist():
+        mine = owner == i
+        chosen = mine & np.isin(name, name[mine & needy])
+        share = float(worn.rays[chosen].sum() / max(rays[i], 1.0))
+        names = sorted({str(n) for n in name[chosen]})
+        if share <= MOST_OF_IT and all(names) and not chosen[mine].all():
+            found[i] = names, share
+    return found
+
+
+def _wearers(survey: Survey, number: NDArray[np.intp], surfaces: Sequence[str], materials: Collection[str]) -> set[int]:
+    """The objects that show one of these materials."""
+    worn = survey.worn
+    return {
+        int(number[o]) for o, s in zip(worn.object, worn.surface, strict=True) if surfaces and surfaces[s] in materials
+    }
 
 
 def _chosen_rays(names: Sequence[str], rays: np.ndarray, needs: np.ndarray, ray_traced: set[str]) -> float:
@@ -98,7 +144,8 @@ def _why(shares: dict[str, float]) -> list[str]:
 
 def sentence(entry: dict[str, Any]) -> str:
     """One line: what, how much of the picture, why, and the cost."""
-    what = f"{entry['object']}: {entry['coverage'] * 100:.1f} % of the picture; {', '.join(entry['why'])}"
+    named = f" ({', '.join(entry['materials'])} only)" if entry["materials"] else ""
+    what = f"{entry['object']}{named}: {entry['coverage'] * 100:.1f} % of the picture; {', '.join(entry['why'])}"
     return f"{what}; {cost(entry)}"
 
 

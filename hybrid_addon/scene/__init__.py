@@ -22,13 +22,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from .camera import Camera, Lens
 from .film import Film, Raster, Settings
 from .fog import Fog, FogBody
 from .geometry import Instance, Plane, Sphere, TriangleMesh, Visibility
 from .lights import AreaLight, Arriving, Light, PlacedLight, PointLight, SpotLight, SunLight, World, WorldSun
 from .media import Medium
-from .numbers import BLACK, RGB, WHITE, Float32, Float64, Int32
+from .numbers import BLACK, RGB, WHITE, Bools, Float32, Float64, Int32
 from .surfaces import Closure, Color, Expression, Number, Surface, Texture, Value
 from .texels import Texels
 
@@ -38,6 +40,7 @@ __all__ = [
     "WHITE",
     "AreaLight",
     "Arriving",
+    "Bools",
     "Camera",
     "Closure",
     "Color",
@@ -88,6 +91,16 @@ class Scene:
     arriving: Arriving = field(default_factory=Arriving)
     fog: Fog = field(default_factory=Fog)
     raster: Raster | None = None
+
+    @property
+    def ray_traced_surfaces(self) -> Bools:
+        """(s,) which surfaces are ray traced whichever object wears them."""
+        return np.array([surface.ray_traced for surface in self.surfaces], bool)
+
+    def is_ray_traced(self, thing: Instance | Sphere | Plane) -> bool:
+        """Whether any of it is: all of it, or what wears one of its surfaces."""
+        worn = thing.surfaces if isinstance(thing, Instance) else (thing.surface,)
+        return thing.ray_traced or any(self.surfaces[number].ray_traced for number in worn)
 
     @property
     def names(self) -> list[str]:

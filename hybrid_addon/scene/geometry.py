@@ -53,7 +53,8 @@ class Instance:
 
     mesh, surfaces : indices into `Scene.meshes` and `Scene.surfaces` (one for each slot).
     matrix_world   : (4, 4) float64; mirrored, sheared and singular matrices are allowed.
-    ray_traced     : ray traced by the artist; in hybrid mode only ray traced objects are seen by camera rays.
+    ray_traced     : ray traced by the artist; else what wears a surface that is. In hybrid mode camera rays see only
+                     what is ray traced.
     moves          : it is likely to be elsewhere in the next frame: a hint, by which search trees are divided.
     values         : what its surfaces read of it, key -> up to 4 numbers: "location", "color", "random", "object:NAME",
                      ... (expressions.INSTANCE). Its matrices need not be there.

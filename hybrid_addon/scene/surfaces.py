@@ -113,11 +113,13 @@ class Surface:
     culled             : its back faces are not there: rays pass as through nothing. Those of closed bodies that bend or
                          absorb light are there: by them rays leave.
     shadow_culled      : the same for shadow rays: what a light sees the back of is not in its way.
+    ray_traced         : ray traced by the artist, whichever object wears it: as all of an object that is.
     approximate        : the translator could not follow all that it is made of: what the raster shows of it is nearer.
     fog                : of a material that has only a volume: what the closed bodies that wear it are full of, where
                          they are `FogBody`s. As a surface it does nothing.
     closures           : what it is the weighted sum of; then of its own fields only `name`, `absorption`, `culled`,
-                         `shadow_culled` and `approximate` count. None: it is a single closure, which the fields tell.
+                         `shadow_culled`, `ray_traced` and `approximate` count. None: it is a single closure, which the
+                         fields tell.
     """
 
     name: str = ""
@@ -158,6 +160,7 @@ class Surface:
     absorption: RGB = BLACK
     culled: bool = False
     shadow_culled: bool = False
+    ray_traced: bool = False
     approximate: bool = False
     closures: tuple[Closure, ...] = ()
     fog: Medium | None = None

@@ -13,6 +13,7 @@ import bpy
 from ...settings_table import SURFACE
 from .. import api, flags
 from ..errors import HybridError
+from ..pipeline import scene_setup
 from . import setting_flags
 
 
@@ -21,24 +22,32 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ray-traced", nargs="+", action="extend", metavar="NAME", help="flag these objects instead of the file's"
     )
+    parser.add_argument(
+        "--ray-traced-materials", nargs="+", action="extend", metavar="NAME",
+        help="flag all faces that wear these materials instead of what the file flags",
+    )  # fmt: skip
     setting_flags.add(parser, SURFACE)
 
 
 def apply(scene: bpy.types.Scene, arguments: argparse.Namespace) -> None:
-    """Flag the named objects, with the values given; values without names go to all objects that are ray traced."""
+    """Flag the named objects and materials, with the values given; without names they go to all that is ray traced."""
     values = setting_flags.given(SURFACE, arguments)
     own = {b_object.name: b_object for b_object in scene.objects}
-    if arguments.ray_traced:
+    if arguments.ray_traced or arguments.ray_traced_materials:
         flags.clear(scene)
-        chosen = [find(own, name, "object", f"scene '{scene.name}'") for name in arguments.ray_traced]
+        worn = {b_material.name: b_material for b_material in bpy.data.materials}
+        objects, materials = arguments.ray_traced or (), arguments.ray_traced_materials or ()
+        chosen = [find(own, name, "object", f"scene '{scene.name}'") for name in objects]
+        chosen += [find(worn, name, "material", "this file") for name in materials]
     else:
         given = any(value is not None for value in values.values())
         ray_traced = flags.Flags(scene)
         chosen = [ob for ob in scene.objects if ray_traced.is_ray_traced(ob)] if given else []
+        chosen += scene_setup.ray_traced_materials(scene) if given else []
         if given and not chosen:
             raise HybridError("no object is ray traced: name some with --ray-traced")
-    for b_object in chosen:
-        api.mark(b_object, **values)
+    for b_id in chosen:
+        api.mark(b_id, **values)
 
 
 def find(known: Mapping[str, Any], name: str, kind: str, where: str) -> Any:

@@ -48,9 +48,10 @@ def _memory(found: dict[str, Any]) -> str:
 
 
 def _lines(plan: dict[str, Any]) -> list[str]:
+    materials = [f"material {name}" for name in plan["ray_traced_materials"]]
     return [
         f"scene {plan['scene']}: mode {plan['mode'].lower()}" + (f" ({plan['why']})" if plan["why"] else ""),
-        "ray traced: " + (", ".join(plan["ray_traced"]) or "nothing"),
+        "ray traced: " + (", ".join([*plan["ray_traced"], *materials]) or "nothing"),
         "settings: " + ", ".join(f"{name} {value}" for name, value in plan["settings"].items()),
         "counts: " + ", ".join(f"{name} {value}" for name, value in plan["counts"].items()),
         _memory(plan["memory"]),

@@ -11,7 +11,7 @@ import bpy
 
 from .. import session
 from ..view_layers import MASK_MARK
-from . import scene_setup
+from . import held_out, scene_setup
 
 
 def hand_over(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
@@ -22,14 +22,15 @@ def hand_over(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if depsgraph.mode != "RENDER" or not depsgraph.view_layer.get(MASK_MARK):
         return
     traced = scene_setup.traces_shadows(scene)
+    held_out.hold_out(depsgraph, casts=not traced)
     if not (traced or scene.render.use_persistent_data):
         return
     collection = scene_setup.own_collection(scene)
-    held_out = set(collection.objects) if collection else set()
+    chosen = set(collection.objects) if collection else set()
     by_tracer, by_eevee = set[bpy.types.Object](), set[bpy.types.Object]()
     for b_instance in depsgraph.object_instances:
         owner = (b_instance.parent or b_instance.object).original
-        (by_tracer if traced and owner in held_out else by_eevee).add(b_instance.object.original)
+        (by_tracer if traced and owner in chosen else by_eevee).add(b_instance.object.original)
     for b_object in by_tracer | by_eevee:
         evaluated, casts = b_object.evaluated_get(depsgraph), b_object.visible_shadow and b_object in by_eevee
         if evaluated.visible_shadow != casts:

@@ -46,6 +46,7 @@ def leave() -> None:
 
 def _line(scene: bpy.types.Scene) -> str:
     names = [ob.name for ob in scene_setup.ray_traced_objects(scene)]
+    names += [f"material '{b_material.name}'" for b_material in scene_setup.ray_traced_materials(scene)]
     return f"- scene '{scene.name}': {', '.join(names) or 'none yet'}"
 
 

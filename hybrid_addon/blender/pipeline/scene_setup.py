@@ -23,6 +23,7 @@ from ..sync.messages import Warnings
 from ..view_layers import MASK_MARK, SOURCE_MARK, mask_layer, set_, source_layer, sync_mask_layer
 from . import compositor_setup, opengl, trace_scenes
 from .guard import guard, is_busy
+from .held_out import ray_traced_materials as ray_traced_materials
 from .restore import Restore
 from .trace_scenes import ENGINE as ENGINE  # for who asks here
 from .trace_scenes import is_trace_scene as is_trace_scene
@@ -77,7 +78,7 @@ def own_collection(scene: bpy.types.Scene) -> bpy.types.Collection | None:
 def effective_mode(scene: bpy.types.Scene) -> str:
     """The mode, but RASTER where nothing is ray traced: an empty mask costs nothing."""
     mode = scene.hybrid.mode
-    return "RASTER" if mode == "HYBRID" and not ray_traced_objects(scene) else mode
+    return mode if mode != "HYBRID" or ray_traced_objects(scene) or ray_traced_materials(scene) else "RASTER"
 
 
 def needs_raster(scene: bpy.types.Scene) -> bool:
@@ -97,7 +98,8 @@ def traces_shadows(scene: bpy.types.Scene) -> bool:
     choice = scene.hybrid.traced_shadows
     if choice == "OFF" or effective_mode(scene) != "HYBRID":
         return False
-    return choice == "ON" or scene.hybrid.caustics != "NONE" or transmit(scene, ray_traced_objects(scene))
+    traced = (ray_traced_objects(scene), ray_traced_materials(scene))
+    return choice == "ON" or scene.hybrid.caustics != "NONE" or transmit(scene, *traced)
 
 
 def needs_albedo(scene: bpy.types.Scene) -> bool:
@@ -312,9 +314,8 @@ def _sync_collection(scene: bpy.types.Scene) -> bpy.types.Collection:
     there = set(collection.objects)  # not by name: a linked object may have that of a local one
     for b_object in there.difference(wanted):
         collection.objects.unlink(b_object)
-    for b_object in wanted:
-        if b_object not in there:
-            collection.objects.link(b_object)
+    for b_object in [b_object for b_object in wanted if b_object not in there]:
+        collection.objects.link(b_object)
     return collection
 
 
@@ -332,8 +333,7 @@ def _sync_compositor(scene: bpy.types.Scene, restore: Restore) -> None:
 def _disown_copies(scene: bpy.types.Scene) -> None:
     """A linked copy of a scene shares its collections: let go of ours where another scene holds it too."""
     collection = own_collection(scene)
-    others = (own_collection(other) for other in _own_scenes() if other != scene)
-    if collection is not None and collection in others:
+    if collection is not None and collection in [own_collection(b) for b in _own_scenes() if b != scene]:
         scene.collection.children.unlink(collection)
 
 

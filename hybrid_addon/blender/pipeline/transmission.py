@@ -17,20 +17,27 @@ from ..sync.camera import matrix_without_scale
 from ..sync.image import Images
 from ..sync.material import DEFAULT, customised, translate_material
 from ..sync.messages import Warnings
-from ..sync.settings import CustomSurface, custom_surface
+from ..sync.settings import NOTHING_OF_ITS_OWN, CustomSurface, custom_surface
 from ..sync.sums import singles
 from ..sync.texture import FrameFacts, facts_of
 
 Shown = tuple[bpy.types.Object | None, bpy.types.Material | None]  # a material that nodes assign has no object
 
 
-def transmit(scene: bpy.types.Scene, objects: Iterable[bpy.types.Object]) -> bool:
-    """Whether any of these ray traced objects of a scene, or of what they instance, may let light through."""
+def transmit(
+    scene: bpy.types.Scene, objects: Iterable[bpy.types.Object], materials: Iterable[bpy.types.Material] = ()
+) -> bool:
+    """Whether any of these ray traced objects of a scene, or of what they instance, may let light through.
+
+    materials : those that are ray traced whatever wears them.
+    """
+    if any(_transmits(b_material, NOTHING_OF_ITS_OWN, scene) for b_material in materials):
+        return True
     known: dict[tuple[str, CustomSurface], bool] = {}
     for b_owner in objects:
         if b_owner.hide_render and not _is_animated(b_owner, "hide_render"):
             continue
-        for b_object, b_material in _shown(b_owner):
+        for b_object, b_material in shown(b_owner):
             # Whose Custom values count: see `sync.settings.instance_settings`.
             wearer = b_object if b_object is not None and b_object.hybrid.ray_traced else b_owner
             if wearer.hybrid.surface == "CUSTOM" and _is_animated(wearer, "hybrid."):
@@ -123,7 +130,7 @@ class _NoImages(Images):
 # ------------------------------------------------------------------------------------------------ what is shown
 
 
-def _shown(b_owner: bpy.types.Object) -> Iterator[Shown]:
+def shown(b_owner: bpy.types.Object) -> Iterator[Shown]:
     """All that an object may show with what it wears: itself, what it instances, what its nodes make."""
     queue: list[bpy.types.ID] = [b_owner]
     seen: set[bpy.types.ID] = set()

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 
 import bpy
 
-from ...scene import Scene, TriangleMesh
+from ...scene import Instance, Scene, TriangleMesh
 from .. import session
 from ..errors import HybridError
 from ..pipeline import nodes, scene_setup, transmission
@@ -72,12 +72,18 @@ def _places(scene: Scene) -> dict[str, list[object]]:
     view = (camera.projection, camera.matrix_world.tobytes(), camera.view_plane, camera.resolution, camera.window)
     found: dict[str, list[object]] = {"the camera": [view]}
     for i in scene.instances:
-        found.setdefault(i.name, []).append((i.matrix_world.tobytes(), i.ray_traced, repr(i.visibility)))
+        found.setdefault(i.name, []).append(
+            (i.matrix_world.tobytes(), i.ray_traced, _traced_slots(scene, i), repr(i.visibility))
+        )
     for body in scene.fog.bodies:
         found.setdefault(body.name, []).append((body.matrix_world.tobytes(), repr(body.medium)))
     for light in scene.lights:
         found.setdefault(light.name, []).append(repr(light))
     return found
+
+
+def _traced_slots(scene: Scene, instance: Instance) -> list[int]:
+    return [slot for slot, number in enumerate(instance.surfaces) if scene.surfaces[number].ray_traced]
 
 
 def _same_shape(a: TriangleMesh, b: TriangleMesh) -> bool:

@@ -107,7 +107,8 @@ def _of_scene(scene: bpy.types.Scene) -> tuple[object, ...]:
     """What of the scene itself EEVEE draws by."""
     values = [scene.path_resolve(path) for path in SCENE if _has(scene, path)]
     layers = [(layer.name, layer.get("hybrid_source"), _layers(layer.layer_collection)) for layer in scene.view_layers]
-    ray_traced = sorted(b_object.name_full for b_object in scene_setup.ray_traced_objects(scene))
+    traced = (*scene_setup.ray_traced_objects(scene), *scene_setup.ray_traced_materials(scene))
+    ray_traced = sorted(f"{type(b_id).__name__} {b_id.name_full}" for b_id in traced)
     pointers = [b_id.name_full if b_id else "" for b_id in (scene.camera, scene.world)]
     own = [_own_properties(owner) for owner in (scene, *scene.view_layers)]
     return (*values, _values(scene.eevee), *layers, *ray_traced, *pointers, *own)

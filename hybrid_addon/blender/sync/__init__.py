@@ -123,7 +123,7 @@ def _counts(scene: Scene) -> dict[str, int]:
     """Of each kind; `triangles` counts a mesh once for each of its instances."""
     return {
         "instances": len(scene.instances),
-        "ray_traced": sum(instance.ray_traced for instance in scene.instances),
+        "ray_traced": sum(scene.is_ray_traced(instance) for instance in scene.instances),
         "meshes": len(scene.meshes),
         "triangles": sum(len(scene.meshes[instance.mesh].triangles) for instance in scene.instances),
         "surfaces": len(scene.surfaces),

@@ -17,6 +17,7 @@ from typing import Any
 import bpy
 
 from ...scene import WHITE, Expression, Surface
+from ..flags import is_ticked, is_traced_by_itself, why_not
 from .coverage import name_settings, name_sockets
 from .displacement import bent, displacement_of
 from .image import Images
@@ -113,10 +114,15 @@ def surface_and_displacement(
 ) -> tuple[Surface, Any]:
     """`translate_material`, and the vector in world space of its Displacement; None: there is none."""
     name_settings(b_material, f"material {b_material.name!r}", warn)
+    if is_ticked(b_material) and why_not(b_material):
+        warn.add(f"material {b_material.name!r}: {why_not(b_material)}")
     surface, moved = _described(b_material, images, warn, frame)
     surface = each(replace(surface, name=b_material.name), lambda closure: bent(closure, moved))
     surface = replace(
-        surface, culled=b_material.use_backface_culling, shadow_culled=b_material.use_backface_culling_shadow
+        surface,
+        culled=b_material.use_backface_culling,
+        shadow_culled=b_material.use_backface_culling_shadow,
+        ray_traced=is_traced_by_itself(b_material),
     )
     return surface, moved
 

@@ -21,6 +21,7 @@ class HybridAdviceRow(PropertyGroup):
 
     coverage: FloatProperty(name="Coverage")  # type: ignore[valid-type]
     why: StringProperty(name="Why")  # type: ignore[valid-type]
+    materials: StringProperty(name="Materials")  # type: ignore[valid-type] # names, one a line; empty: the object
     seconds: FloatProperty(name="Cost")  # type: ignore[valid-type]
     suggested: BoolProperty(name="Suggested")  # type: ignore[valid-type]
 
@@ -68,6 +69,7 @@ class HYBRID_OT_advise(bpy.types.Operator):
         for entry in [*found["objects"], *found["others"]]:
             row = advice.rows.add()
             row.name, row.why = entry["object"], "\n".join(entry["why"])
+            row.materials = "\n".join(entry["materials"])
             row.coverage, row.seconds, row.suggested = entry["coverage"], entry["seconds"], entry["suggested"]
         number = sum(row.suggested for row in advice.rows)
         self.report({"INFO"}, rpt_("Objects that need rays: {}").format(number))
@@ -77,13 +79,26 @@ class HYBRID_OT_advise(bpy.types.Operator):
 def listed(context: bpy.types.Context) -> list[HybridAdviceRow]:
     """The rows that the list shows."""
     ticked = {b_object.name for b_object in context.scene.objects if b_object.hybrid.ray_traced}
-    return [row for row in context.window_manager.hybrid_advice.rows if row.suggested or row.name in ticked]
+
+    def is_ticked(row: HybridAdviceRow) -> bool:
+        return row.name in ticked or any(b_id.hybrid.ray_traced for b_id in subjects(context, row))
+
+    return [row for row in context.window_manager.hybrid_advice.rows if row.suggested or is_ticked(row)]
+
+
+def subjects(context: bpy.types.Context, row: HybridAdviceRow) -> list[bpy.types.ID]:
+    """What to tick for a row: the materials that it names, else its object; nothing of what is gone since."""
+    if row.materials:
+        found = [bpy.data.materials.get(name) for name in row.materials.splitlines()]
+    else:
+        found = [context.scene.objects.get(row.name)]
+    return [b_id for b_id in found if b_id is not None]
 
 
 class HYBRID_OT_flag_advised(bpy.types.Operator):
     bl_idname = "hybrid.flag_advised"
     bl_label = "Tick All Suggested"
-    bl_description = "Make all suggested objects ray traced"
+    bl_description = "Make all suggested objects and materials ray traced"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -92,13 +107,12 @@ class HYBRID_OT_flag_advised(bpy.types.Operator):
         return advice.scene == context.scene.name and any(row.suggested for row in advice.rows)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        chosen = [
-            context.scene.objects.get(row.name) for row in context.window_manager.hybrid_advice.rows if row.suggested
-        ]
+        rows = [row for row in context.window_manager.hybrid_advice.rows if row.suggested]
+        chosen = [b_id for row in rows for b_id in subjects(context, row)]
         first = messages.is_first(context.scene)
-        for b_object in chosen:
-            if b_object is not None and b_object.library is None:
-                b_object.hybrid.ray_traced = True
+        for b_id in chosen:
+            if b_id.library is None:
+                b_id.hybrid.ray_traced = True
         if first:
             messages.switch_on(context.scene)
         return {"FINISHED"}
@@ -109,13 +123,15 @@ class HYBRID_UL_advice(bpy.types.UIList):
 
     def draw_item(self, context, layout, _data, item, _icon, _active_data, _active_property, _index=0, _flt_flag=0):  # type: ignore[no-untyped-def]
         row = layout.row(align=True)
-        b_object = context.scene.objects.get(item.name)
-        if b_object is None:  # deleted or renamed since
+        ticks = subjects(context, item)
+        if not ticks:  # deleted or renamed since
             row.active = False
             row.label(text=item.name, icon="GHOST_DISABLED")
             return
-        row.prop(b_object.hybrid, "ray_traced", text="")
-        row.label(text=item.name, translate=False)
+        for b_id in ticks:
+            row.prop(b_id.hybrid, "ray_traced", text="")
+        names = ", ".join([item.name, *item.materials.splitlines()])
+        row.label(text=names, translate=False)
         number = row.row()
         number.alignment = "RIGHT"
         number.label(text=cost({"seconds": item.seconds}).removeprefix("about "), translate=False)
@@ -150,6 +166,9 @@ class HYBRID_RENDER_PT_advice(bpy.types.Panel):
         if 0 <= advice.active < len(advice.rows):
             row = advice.rows[advice.active]
             paragraph(layout, context, f"{row.name}: " + "; ".join(map(translated, row.why.splitlines())))
+            if row.materials:
+                text = iface("Only some of its materials need rays: {}").format(", ".join(row.materials.splitlines()))
+                paragraph(layout, context, text)
         layout.operator("hybrid.flag_advised", icon="CHECKMARK")
         total = sum(row.seconds for row in rows)
         text = iface("All of them: {}, {:.2g} s to build").format(translated(cost({"seconds": total})), advice.build)

@@ -60,9 +60,11 @@ def nothing_to_trace(scene: bpy.types.Scene) -> str:
         return ""
     collection = scene_setup.own_collection(scene)
     objects = list(collection.objects) if collection is not None else []
-    if not objects:
+    if scene_setup.ray_traced_materials(scene):
+        objects = []
+    elif not objects:
         return n_("No object is ray traced: tick Hybrid in an object's properties, or press Analyse")
-    if all(b_object.hide_render for b_object in objects):
+    if objects and all(b_object.hide_render for b_object in objects):
         return n_("All ray traced objects are hidden in renders: click their camera icons in the Outliner")
     report = session.of(scene.name).report
     if report and report["settings"].get("mode") == "HYBRID" and report["mask_pixels"] == 0:
@@ -253,6 +255,7 @@ def is_first(scene: bpy.types.Scene, ticked: bpy.types.ID | None = None) -> bool
     if scene.hybrid.enabled or scene_setup.why_inactive(scene):
         return False
     there = [b_object for b_object in scene.objects if b_object.hybrid.ray_traced] + flagged_collections(scene)
+    there += scene_setup.ray_traced_materials(scene)
     return all(b_id == ticked for b_id in there)
 
 

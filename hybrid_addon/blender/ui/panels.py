@@ -7,7 +7,7 @@ import bpy
 
 from .. import preview
 from ..api import GEOMETRY
-from ..flags import Flags
+from ..flags import Flags, is_traced_by_itself, why_not
 from ..pipeline import scene_setup
 from ..pipeline.transmission import shown_surface
 from ..sync.material import customised
@@ -45,12 +45,14 @@ class HYBRID_OBJECT_PT_settings(bpy.types.Panel):
         settings = b_object.hybrid
         ray_traced = Flags(context.scene).is_ray_traced(b_object)
         if ray_traced and not context.scene.hybrid.enabled:
-            paragraph(layout, context, iface("Hybrid is off in this scene"), icon="INFO")
-            layout.prop(context.scene.hybrid, "enabled", text="Switch On", toggle=True)
+            _draw_switched_off(layout, context)
         if ray_traced and not settings.ray_traced:
             paragraph(layout, context, iface("Ray traced by its collection"), icon="OUTLINER_COLLECTION")
+        ticked = any(b_slot.material and is_traced_by_itself(b_slot.material) for b_slot in b_object.material_slots)
+        if ticked and not ray_traced:
+            paragraph(layout, context, iface("Some of its materials are ray traced"), icon="MATERIAL")
         column = layout.column()
-        column.active = ray_traced
+        column.active = ray_traced or ticked
         _draw_surface(column, context, settings)
         if settings.surface == "MATERIAL":
             _draw_materials(column, context, b_object)
@@ -69,9 +71,17 @@ class HYBRID_MATERIAL_PT_settings(bpy.types.Panel):
         b_material = context.material
         return context.engine in COMPAT_ENGINES and b_material is not None and not b_material.grease_pencil
 
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.material.hybrid, "ray_traced", text="")
+
     def draw(self, context: bpy.types.Context) -> None:
         layout, b_material = self.layout, context.material
         settings = b_material.hybrid
+        problem = why_not(b_material) if settings.ray_traced else ""
+        if problem:
+            paragraph(layout, context, sentence(problem), icon="ERROR")
+        elif settings.ray_traced and not context.scene.hybrid.enabled:
+            _draw_switched_off(layout, context)
         if context.object is not None and context.object.hybrid.surface == "CUSTOM":
             paragraph(layout, context, iface("The object's own Custom values are used"), icon="INFO")
         _draw_surface(layout, context, settings)
@@ -102,6 +112,11 @@ class HYBRID_COLLECTION_PT_settings(bpy.types.Panel):
             count = sum(b_object.type in GEOMETRY for b_object in collection.all_objects)
             text = iface("All objects in here are ray traced: {}").format(count)
         paragraph(layout, context, text)
+
+
+def _draw_switched_off(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    paragraph(layout, context, iface("Hybrid is off in this scene"), icon="INFO")
+    layout.prop(context.scene.hybrid, "enabled", text="Switch On", toggle=True)
 
 
 def _draw_surface(layout: bpy.types.UILayout, context: bpy.types.Context, settings: bpy.types.PropertyGroup) -> None:

@@ -34,6 +34,12 @@ def _collection_changed(settings: "HybridCollectionSettings", context: Context) 
         messages.switch_on(context.scene)
 
 
+def _material_changed(settings: "HybridMaterialSettings", context: Context) -> None:
+    scene_setup.collection_changed()
+    if _is_click(context) and settings.ray_traced and messages.is_first(context.scene, settings.id_data):
+        messages.switch_on(context.scene)
+
+
 def _value_changed(settings: "HybridObjectSettings | HybridMaterialSettings", _context: Context) -> None:
     settings.surface = "CUSTOM"  # whoever moves a slider, or sets a value from Python, means it
 
@@ -204,8 +210,16 @@ class HybridObjectSettings(SurfaceValues, PropertyGroup):
 
 
 class HybridMaterialSettings(SurfaceValues, PropertyGroup):
-    """`Material.hybrid`: how this material answers light where it is ray traced, slot by slot."""
+    """`Material.hybrid`: whether all that wears it is ray traced, and how it answers light, slot by slot."""
 
+    ray_traced: BoolProperty(  # type: ignore[valid-type]
+        name="Ray Traced",
+        description="Draw all faces that wear this material with the ray tracer, and EEVEE the rest of their objects",
+        default=False,
+        options=set(),  # as for objects
+        override=OVERRIDABLE,
+        update=_material_changed,
+    )
     surface: EnumProperty(  # type: ignore[valid-type]
         name="Surface",
         description="Where reflectivity, opacity and IOR of this material come from",

@@ -158,24 +158,31 @@ def flatten(
     if apart is not None:
         batches, kept = divided(scene, batches, boxes, apart)
     shapes = _shapes(batches, center, use_normals, cache)
-    parts = [_realise(batch, shape, layouts) for batch, shape in zip(batches, shapes, strict=True)]
+    traced = scene.ray_traced_surfaces
+    parts = [_realise(batch, shape, layouts, traced) for batch, shape in zip(batches, shapes, strict=True)]
     mesh = join(parts) if parts else no_triangles()
-    balls = np.array([(*np.subtract(b.center, center), b.radius) for b in spheres if b.ray_traced]).reshape(-1, 4)
-    instanced = _instanced(kept, center, len(mesh.triangles) + len(spheres) + len(planes), cache)
+    balls = np.array([(*np.subtract(b.center, center), b.radius) for b in spheres if scene.is_ray_traced(b)]).reshape(
+        -1, 4
+    )
+    instanced = _instanced(kept, center, len(mesh.triangles) + len(spheres) + len(planes), cache, traced)
     mesh = split_large_triangles(mesh, np.concatenate([balls, _balls(instanced)]))
     if instanced is not None:  # splitting has made more triangles
         instanced = instanced.after(len(mesh.triangles) + len(spheres) + len(planes))
     analytic: list[Sphere | Plane] = [*scene.spheres, *scene.planes]
     numbers = [number for number, thing in enumerate(analytic, len(scene.instances)) if visible(thing)]
-    return _assemble(mesh, layouts, center, np.inf if planes else radius, spheres, planes, numbers, instanced)
+    return _assemble(mesh, layouts, center, np.inf if planes else radius, spheres, planes, numbers, instanced, traced)
 
 
-def _instanced(kept: list[MeshInstances], center: Float64, first: int, cache: SceneCache) -> Instanced | None:
-    """What is kept as instances, whose faces are those from `first` on."""
+def _instanced(
+    kept: list[MeshInstances], center: Float64, first: int, cache: SceneCache, traced: Bools
+) -> Instanced | None:
+    """What is kept as instances, whose faces are those from `first` on. traced: (s,) surfaces that are."""
     if not kept:
         return None
     flags = [np.array([_flags(i) for i in batch.instances], bool).T for batch in kept]
-    return instanced_of(kept, [bounds_of_batch(batch, cache) for batch in kept], center, first, flags)
+    found = instanced_of(kept, [bounds_of_batch(batch, cache) for batch in kept], center, first, flags)
+    found.flags[0] |= traced[found.surface] & found.worn
+    return found
 
 
 def _balls(instanced: Instanced | None) -> Float64:
@@ -190,33 +197,38 @@ def _center_and_radius(
     scene: Scene, batches: list[MeshInstances], boxes: list[Float64], spheres: Sequence[Sphere]
 ) -> tuple[Float64, float]:
     """The centre of coordinates, and the radius of a ball around it that holds everything, however it swells."""
-    everything, ray_traced = (_box(batches, boxes, spheres, only_ray_traced) for only_ray_traced in (False, True))
+    traced = [[scene.is_ray_traced(i) for i in batch.instances] for batch in batches]
+    everything = _box(boxes, spheres)
+    chosen = [of_batch[which] for of_batch, which in zip(boxes, traced, strict=True)]
+    ray_traced = _box(chosen, [ball for ball in spheres if scene.is_ray_traced(ball)])
     if not len(everything):
         return np.array(scene.camera.matrix_world, np.float64)[:3, 3], 0.0
-    center = _center(batches, everything, ray_traced)
+    moves = any(
+        i.moves and is_traced
+        for b, of in zip(batches, traced, strict=True)
+        for i, is_traced in zip(b.instances, of, strict=True)
+    )
+    center = _center(moves, everything, ray_traced)
     return center, float(np.sqrt(3) * np.max(np.abs(everything - center)) * (1 + MAX_SWELLING))
 
 
-def _center(batches: list[MeshInstances], everything: Float64, ray_traced: Float64) -> Float64:
-    """Center of the ray traced objects' bounds, else of all: there coordinates are small and rounding is least."""
+def _center(moves: bool, everything: Float64, ray_traced: Float64) -> Float64:
+    """Center of the ray traced objects' bounds, else of all: there coordinates are small and rounding is least.
+
+    moves: one of them is likely to move.
+    """
     low, high = ray_traced if len(ray_traced) else everything
     middle, size = (low + high) / 2, np.max(high - low)
-    moves = any(i.moves and i.ray_traced for batch in batches for i in batch.instances)
     if not moves or not 0 < size * STEADY_SCENE > np.max(everything[1] - everything[0]):
         return np.asarray(middle)
     step = np.ldexp(1.0, np.frexp(size)[1] - 1)
     return np.asarray(np.round(middle / step) * step)
 
 
-def _box(
-    batches: list[MeshInstances], bounds: list[Float64], spheres: Sequence[Sphere], only_ray_traced: bool
-) -> Float64:
-    """(2, 3) lowest and highest coordinates, bounds: those of the batches' instances; (0, 3) if there is nothing."""
-    boxes = [np.zeros((0, 2, 3))]
-    for batch, of_instances in zip(batches, bounds, strict=True):
-        boxes.append(of_instances[[i.ray_traced or not only_ray_traced for i in batch.instances]])
-    balls = [s for s in spheres if s.ray_traced or not only_ray_traced]
-    boxes += [np.array([[np.subtract(s.center, s.radius), np.add(s.center, s.radius)]]) for s in balls]
+def _box(bounds: list[Float64], spheres: Sequence[Sphere]) -> Float64:
+    """(2, 3) lowest and highest coordinates of bounds (n, 2, 3) and of spheres; (0, 3) if there is nothing."""
+    boxes = [np.zeros((0, 2, 3)), *bounds]
+    boxes += [np.array([[np.subtract(s.center, s.radius), np.add(s.center, s.radius)]]) for s in spheres]
     low, high = np.concatenate(boxes).transpose(1, 0, 2)
     known = (low <= high).all(axis=1)
     return np.array([low[known].min(axis=0), high[known].max(axis=0)]) if known.any() else np.zeros((0, 3))
@@ -238,10 +250,11 @@ def _shapes(batches: list[MeshInstances], center: Float64, use_normals: bool, ca
     return [cache.take(key, partial(made.__getitem__, i), PREPARED, batches[i].size) for i, key in enumerate(keys)]
 
 
-def _realise(batch: MeshInstances, shape: Shape, layouts: Layouts) -> TriangleSoup:
-    """Triangles of all instances of one mesh."""
+def _realise(batch: MeshInstances, shape: Shape, layouts: Layouts, traced: Bools) -> TriangleSoup:
+    """Triangles of all instances of one mesh. traced: (s,) surfaces that are ray traced."""
     nt, sound, surface = len(batch.mesh.triangles), shape.sound, surface_of_triangles(batch)
-    flags = np.array([_flags(i) for i in batch.instances], bool).T
+    flags = np.repeat(np.array([_flags(i) for i in batch.instances], bool).T, nt, axis=1)
+    flags[0] |= traced[surface]
     data = corner_data_of(batch, surface, layouts)
     return TriangleSoup(
         vertices=shape.vertices,
@@ -255,7 +268,7 @@ def _realise(batch: MeshInstances, shape: Shape, layouts: Layouts) -> TriangleSo
         object=np.repeat(np.array(batch.numbers, np.int32), nt)[sound],
         source=np.tile(np.arange(nt, dtype=np.int32), len(batch.instances))[sound],
         surface=surface[sound],
-        flags=np.repeat(flags, nt, axis=1)[:, sound],
+        flags=flags[:, sound],
         dropped=int(len(sound) - np.count_nonzero(sound)),
     )
 
@@ -274,8 +287,9 @@ def _assemble(
     planes: Sequence[Plane],
     numbers: list[int],
     instanced: Instanced | None,
+    traced: Bools,
 ) -> Geometry:
-    """Append the analytic shapes, of these numbers in the scene, to the triangles."""
+    """Append the analytic shapes, of these numbers in the scene, to the triangles. traced: (s,) surfaces that are."""
     ns = len(spheres)
     sphere_center = np.array([s.center for s in spheres], np.float64).reshape(-1, 3) - center
     sphere_radius = np.array([s.radius for s in spheres], np.float64)
@@ -284,7 +298,9 @@ def _assemble(
     normal = normal / np.sqrt((normal * normal).sum(1, keepdims=True))
     distance = (normal * point).sum(1)
     analytic: list[Sphere | Plane] = [*spheres, *planes]
-    flags = np.concatenate([mesh.flags, np.array([_flags(a) for a in analytic], np.bool_).reshape(-1, 5).T], axis=1)
+    of_shapes = np.array([_flags(a) for a in analytic], np.bool_).reshape(-1, 5).T
+    of_shapes[0] |= traced[[a.surface for a in analytic]]
+    flags = np.concatenate([mesh.flags, of_shapes], axis=1)
     facets = np.concatenate([mesh.facets, np.zeros((ns, 4)), np.concatenate([normal, distance[:, None]], axis=1)])
     sphere_extent = np.abs(sphere_center).max(1, initial=0) + sphere_radius
     # A plane is as large as what stands on it: one through the very centre must not lose its scale.

@@ -50,6 +50,20 @@ SHORT_WAVE = 16
 
 
 @dataclass(frozen=True, eq=False)
+class Worn:
+    """Of each surface that an object shows, w such pairs in all: what `Survey` says of whole objects.
+
+    object, surface : (w,) their numbers in the scene.   pixels, needs, rays : (w,).
+    """
+
+    object: Numbers
+    surface: Numbers
+    pixels: Float64
+    needs: Float64
+    rays: Float64
+
+
+@dataclass(frozen=True, eq=False)
 class Survey:
     """Of each object (instances, then spheres, then planes), o in all.
 
@@ -60,6 +74,7 @@ class Survey:
     rays   : (o,) camera rays that meet it and all that follow from them, also straight through it, in all.
     build, seconds_per_ray, seconds_per_wave : what it cost here, on one thread: building, and tracing, shadow rays
              included: each of `waves` has a cost of its own, however few its rays are.
+    worn   : the same by the surfaces of each.
     """
 
     pixels: Float64
@@ -72,6 +87,7 @@ class Survey:
     seconds_per_ray: float
     seconds_per_wave: float
     waves: int
+    worn: Worn
 
 
 def survey(
@@ -137,13 +153,15 @@ def _least_roughness(surface: Surface) -> float:
 class _Views:
     """The v places at which camera rays have met surfaces so far: what a pixel shows, front to back.
 
-    owner  : (v,) the object.   weight : (v,) the share of the pixel's light that is its own.
+    owner, surface : (v,) the object, and what it wears there.
+    weight : (v,) the share of the pixel's light that is its own.
     behind : (v,) the view in front of it, which the ray has passed straight; -1: none.
     sharp  : (v,) its surface mirrors or refracts by rays even where rough ones are left to the world's blurred image.
     told   : (kinds, v) of its light, how much is of each of KINDS, and `needs` (v,) of any.   rays : (v,) from it on.
     """
 
     owner: Numbers
+    surface: Numbers
     weight: Float64
     behind: Numbers
     sharp: Bools
@@ -152,10 +170,10 @@ class _Views:
     rays: Float64
 
     @classmethod
-    def of(cls, owner: Numbers, weight: Float64, behind: Numbers, sharp: Bools) -> _Views:
+    def of(cls, owner: Numbers, surface: Numbers, weight: Float64, behind: Numbers, sharp: Bools) -> _Views:
         """New ones, of which nothing is told."""
         v = len(owner)
-        return cls(owner, weight, behind, sharp, np.zeros((len(KINDS), v)), np.zeros(v), np.ones(v))
+        return cls(owner, surface, weight, behind, sharp, np.zeros((len(KINDS), v)), np.zeros(v), np.ones(v))
 
     def joined(self, others: _Views) -> _Views:
         """These and others, in this order."""
@@ -192,7 +210,7 @@ class _Watch:
         self.place, self.shown = np.full((3, n), np.inf), np.zeros(n)
         self.ended, self.lengths, self.seconds = time.perf_counter(), list[int](), list[float]()
         nothing = np.zeros(0, np.intp)
-        self.views = _Views.of(nothing, np.zeros(0), nothing, np.zeros(0, bool))
+        self.views = _Views.of(nothing, nothing, np.zeros(0), nothing, np.zeros(0, bool))
         self.view, self.told = np.full(n, -1), np.zeros((len(KINDS), n), bool)
 
     def __call__(self, _: Rays, rays: Rays, hits: Hits, chosen: Index, at: Interaction | None, children: Rays) -> None:
@@ -224,9 +242,9 @@ class _Watch:
         light = largest_component(children.throughput[:, straight])
         np.add.at(passed, children.history[TAG, straight].astype(np.intp), light)
         weight = np.maximum(largest_component(rays.throughput[:, ray]) - passed[tag[ray]], 0.0)
-        known, sharp = len(self.views.owner), self.sharp[at.surface[met]]
+        surface, known = at.surface[met], len(self.views.owner)
         owner = self.scene.geometry.object[at.prim[met]].astype(np.intp)
-        self.views = self.views.joined(_Views.of(owner, weight, view[ray], sharp))
+        self.views = self.views.joined(_Views.of(owner, surface, weight, view[ray], self.sharp[surface]))
         view[ray] = known + np.arange(len(ray))
         # Where the picture shows most of what it shows there.
         sample = rays.sample[ray]
@@ -305,4 +323,17 @@ class _Watch:
             seconds_per_ray=seconds_per_ray,
             seconds_per_wave=seconds_per_wave,
             waves=len(self.lengths),
+            worn=self._worn(needs * views.sharp),
         )
+
+    def _worn(self, needs: Float64) -> Worn:
+        """needs: (v,)."""
+        views, surfaces = self.views, len(self.sharp)
+        key, number = np.unique(views.owner * surfaces + views.surface, return_inverse=True)
+
+        def of(values: Float64) -> Float64:
+            return np.bincount(number.reshape(-1), values, minlength=len(key))
+
+        pixels = of(views.weight)
+        share = of(needs) / np.where(pixels > 0, pixels, 1)
+        return Worn(key // max(surfaces, 1), key % max(surfaces, 1), pixels, share, of(views.rays_through()))

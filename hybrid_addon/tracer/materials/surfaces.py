@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...expressions import ATTRIBUTE_WIDTHS, expressions_of, reads
-from ...scene import BLACK, WHITE, Expression, Float32, Float64, Scene, Surface
+from ...scene import BLACK, WHITE, Expression, Float32, Float64, Plane, Scene, Sphere, Surface
 from ..core.constants import FAINT, MIRROR_ROUGHNESS, TRACED_ROUGHNESS
 from .columns import NOT_CROSSED, Columns, plain_columns
 from .dispersion import CHANNELS, dispersed, is_dispersive
@@ -162,9 +162,11 @@ def passes_straight(surface: Surface) -> bool:
 
 def shows_background(scene: Scene) -> bool:
     """Whether one may see straight through something ray traced."""
-    seen = {number for i in scene.instances if i.ray_traced for number in i.surfaces}
-    seen |= {ball.surface for ball in scene.spheres if ball.ray_traced}
-    seen |= {plane.surface for plane in scene.planes if plane.ray_traced}
+    seen = {
+        number for i in scene.instances for number in i.surfaces if i.ray_traced or scene.surfaces[number].ray_traced
+    }
+    shapes: list[Sphere | Plane] = [*scene.spheres, *scene.planes]
+    seen |= {shape.surface for shape in shapes if scene.is_ray_traced(shape)}
     return any(passes_straight(scene.surfaces[number]) for number in seen)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...procedural import elementary
-from ...scene import Camera, Float32, Float64, Fog, FogBody, Instance, Medium, Scene, TriangleMesh
+from ...scene import Camera, Float32, Float64, Fog, FogBody, Instance, Medium, Scene, Surface, TriangleMesh
 from ..core.constants import EMBREE_LIMIT, FOG_FLATNESS, MAX_FOG_CROSSINGS
 from ..core.rays import offset_origin, origin_offset, traceable
 from ..core.stats import Stats
@@ -206,7 +206,8 @@ class _Layer:
         members = [bodies[i] for i in chosen]
         self._outward = np.array([np.sign(_volume(body.mesh)) for body in members])
         instances = tuple(Instance(body.name, i, body.matrix_world, (0,)) for i, body in enumerate(members))
-        own = Scene(camera, meshes=tuple(body.mesh for body in members), instances=instances)
+        meshes = tuple(body.mesh for body in members)
+        own = Scene(camera, meshes=meshes, instances=instances, surfaces=(Surface(),))
         geometry = flatten(own, [{}], use_normals=False)
         self._shift = (center - geometry.center)[:, None]
         self._surfaces = PrimitiveSet(geometry, np.ones(len(geometry.surface), bool))

@@ -117,6 +117,10 @@ def test_a_word_that_is_given_twice_adds_to_itself(addon, tmp_path, capfd):
         refuse(capfd, [verb, str(both), "--ray-traced", "Bal"], "did you mean 'Ball'")
         refuse(capfd, [verb, str(both), "--ior", "1.5"], "no object is ray traced")
     refuse(capfd, ["report", str(both), "--output", str(tmp_path / "r"), "--ray-traced", "Bal"], "did you mean 'Ball'")
+    assert cli.main(["plan", str(both), "--ray-traced-materials", "Material", "--ior", "1.2"]) == 0
+    assert "ray traced: material Material\n" in capfd.readouterr().out
+    assert bpy.data.materials["Material"].hybrid.ior == pytest.approx(1.2)
+    refuse(capfd, ["plan", str(both), "--ray-traced-materials", "Materiel"], "did you mean 'Material'")
     assert not (tmp_path / "r").exists()
 
 
@@ -258,7 +262,7 @@ def test_a_bare_name_goes_into_the_current_folder(blend, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: hybrid.mark("Cube"), "'Cube' is not an object"),
+        (lambda: hybrid.mark("Cube"), "'Cube' is neither an object nor a material"),
         (lambda: hybrid.enable(None), "None is not a scene"),
         (lambda: hybrid.render(mode="full", samples=0), "samples is 0"),
         (lambda: hybrid.render(mode="sketch"), "mode is 'SKETCH'"),

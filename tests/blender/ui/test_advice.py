@@ -127,3 +127,18 @@ def test_a_mirror_that_eevee_draws_is_warned_of(row):
     assert told()
     row.hybrid.mode = "FULL"
     assert not told()
+
+
+def test_of_a_car_its_windscreen_is_suggested(row):
+    """A ball of which only the lower half is a mirror: that slot, not the object; its tick is the row's."""
+    half = bpy.data.objects["Mirror"]
+    half.data.materials.append(material("Tiles", Roughness=1.0, Specular_IOR_Level=0.0))
+    for face in half.data.polygons:
+        face.material_index = int(face.center.z > 0)
+    assert bpy.ops.hybrid.advise() == {"FINISHED"}
+    entries = {entry.name: entry.materials for entry in advice.listed(bpy.context)}
+    assert entries == {"Glass": "", "Mirror": "Mirror"}
+    assert bpy.ops.hybrid.flag_advised() == {"FINISHED"}
+    assert bpy.data.materials["Mirror"].hybrid.ray_traced and not half.hybrid.ray_traced
+    found = {entry["object"]: entry for entry in hybrid.advise(row)["objects"]}
+    assert found["Mirror"]["ray_traced"] and found["Mirror"]["materials"] == ["Mirror"]

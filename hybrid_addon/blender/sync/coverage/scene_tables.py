@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...flags import Flags
+from ...flags import Flags, is_traced_by_itself
 from .status import FIRST, FOLLOWED, LAST, Named, Table, followed, irrelevant, within
 
 NOISE = "how well EEVEE samples its own half"
@@ -37,7 +37,8 @@ def _leaves_mirrors(b_eevee: Any) -> bool:
         return False
     b_scene, flags = b_eevee.id_data.original, Flags(b_eevee.id_data)
     drawn = (b_object for b_object in b_scene.objects if not (b_object.hide_render or flags.is_ray_traced(b_object)))
-    materials = {b_slot.material for b_object in drawn for b_slot in b_object.material_slots if b_slot.material}
+    worn = {b_slot.material for b_object in drawn for b_slot in b_object.material_slots if b_slot.material}
+    materials = (b_material for b_material in worn if not is_traced_by_itself(b_material))
     limit = b_eevee.ray_tracing_options.trace_max_roughness
     return any(_is_glossy(b_material.node_tree, limit) for b_material in materials)
 

@@ -48,6 +48,9 @@ GERMAN = {
         "Diamant 0,36; 0 zerlegt keines"
     ),
     "Ray traced by its collection": "Raytracing durch die Sammlung",
+    "Make all suggested objects and materials ray traced": "Raytracing für alles, was vorgeschlagen ist",
+    "Some of its materials are ray traced": "Einige seiner Materialien haben Raytracing",
+    "Only some of its materials need rays: {}": "Nur einige seiner Materialien brauchen Strahlen: {}",
     "Hybrid is off in this scene": "Hybrid ist in dieser Szene aus",
     "Switch On": "Einschalten",
     "The object's own Custom values are used": "Es gelten die eigenen Werte des Objekts",
@@ -232,7 +235,6 @@ GERMAN = {
         "Objekte finden, die EEVEE nicht zeichnen kann; sagen, warum, wie viel sie bedecken und was Strahlen kosten"
     ),
     "Tick All Suggested": "Alle Vorschläge übernehmen",
-    "Make all suggested objects ray traced": "Raytracing für alle vorgeschlagenen Objekte",
     "No object here needs rays": "Kein Objekt hier braucht Raytracing",
     "All of them: {}, {:.2g} s to build": "Alle zusammen: {}, {:.2g} s zum Aufbauen",
     "An estimate from a coarse picture traced here": "Geschätzt nach einem groben Bild, das hier verfolgt wurde",
