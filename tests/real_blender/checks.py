@@ -315,13 +315,15 @@ def test_escape_cancels_at_once_and_leaves_nothing(blender: Blender, folder: Pat
 
 
 def test_the_panels_draw(blender: Blender, folder: Path) -> None:
-    """The picture docs/panels.png; no word is cut; a panel that raises leaves a traceback in the output."""
+    """The pictures docs/panels*.png; no word is cut; a panel that raises leaves a traceback in the output."""
     printed = blender("--python", HERE / "panels.py", "--", folder / "panels.png", command=XVFB_BLENDER)
     measured = re.findall(r"^CUT (.+) \d+ (.+)$", printed, re.M)
     assert measured == [(language, "{}") for language in ("en_US", "en_US", "de_DE", "de_DE")], printed
     picture = read(folder / "panels.png")
     assert picture.shape[:2] == (800, 1280)
     assert picture.std() > 0.05
+    light = read(folder / "panels_german.png")
+    assert light.mean() > picture.mean() + 0.2  # its theme
 
 
 def test_advice_flags_undoes_and_draws(blender: Blender, folder: Path) -> None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run in a real Blender with a window and the extension: show both panels, press F12, take a screenshot, quit.
 
-xvfb-blender --python panels.py -- PICTURE.png
+xvfb-blender --python panels.py -- PICTURE.png (and PICTURE_german.png, in German and the light theme)
 
 Left the Object tab, right the Render tab; both panels opened, as an artist would click, and the interface small enough
 to show them whole. Before that all panels are measured at the default width, in English and in German: prints CUT and
@@ -10,20 +10,26 @@ the words that Blender would cut.
 
 import os
 import sys
+from pathlib import Path
 
 import bpy
 from bl_ext.user_default import hybrid_addon as hybrid
 from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.ui import advice, panels, render_panels
+from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.ui.image_editor import editor_panels
 
 sys.path.insert(0, os.path.dirname(__file__))
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "blender", "ui"))
 import labels
 import window as screen
 
+SCROLLED = 13
+"""Steps of the mouse wheel down to our panel: its title is at the top."""
 PICTURE = sys.argv[sys.argv.index("--") + 1]
 
 
-ALL = [c for room in (panels, render_panels, advice) for c in room.CLASSES if issubclass(c, bpy.types.Panel)]
+ALL = [
+    c for room in (panels, editor_panels, render_panels, advice) for c in room.CLASSES if issubclass(c, bpy.types.Panel)
+]
 
 
 def open_all() -> None:
@@ -83,14 +89,24 @@ def scroll() -> None:
     for area in window.screen.areas:
         if area.type == "PROPERTIES" and area.spaces.active.context == "RENDER":
             with bpy.context.temp_override(window=window, area=area, region=area.regions[-1]):
-                for _ in range(40):
+                for _ in range(SCROLLED):
                     bpy.ops.view2d.scroll_down()
     screen.soon(shoot, 2.0)
 
 
 def shoot() -> None:
-    """The picture is the end."""
+    """The picture; then the same in German, in the light theme."""
     screen.shoot(PICTURE)
+    themes = (Path(folder, "interface_theme", "Blender_Light.xml") for folder in bpy.utils.preset_paths(""))
+    light = next(path for path in themes if path.is_file())
+    bpy.ops.script.execute_preset(filepath=str(light), menu_idname="USERPREF_MT_interface_theme_presets")
+    bpy.context.preferences.view.language = "de_DE"
+    screen.soon(shoot_german, 2.0)
+
+
+def shoot_german() -> None:
+    """The second picture is the end."""
+    screen.shoot(PICTURE.replace(".png", "_german.png"))
     print("PANELS: saved", flush=True)
     os._exit(0)
 

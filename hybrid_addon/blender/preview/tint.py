@@ -7,6 +7,7 @@ Each mesh goes to the graphics card once and stays there until Blender tells of 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import bpy
@@ -15,7 +16,7 @@ import numpy as np
 from gpu_extras.batch import batch_for_shader
 from mathutils import Matrix
 
-from ..flags import Flags
+from ..flags import Flags, is_traced_by_itself
 
 COLOR = (0.25, 0.55, 1.0, 0.35)
 """As the icon's, see-through."""
@@ -31,8 +32,9 @@ MOST = 5000
 SURFACES = {"MESH", "CURVE", "SURFACE", "FONT"}
 """Types of objects that Blender makes triangles of."""
 
-Name = tuple[str, str]
-"""Of an object and of its data: geometry nodes may show many data as one object."""
+Name = tuple[str, str, tuple[int, ...] | None]
+"""Of an object and of its data (geometry nodes may show many data as one object); the material slots whose faces are
+ray traced, None for all."""
 
 
 @dataclass(eq=False)
@@ -96,16 +98,21 @@ def draw(context: bpy.types.Context, edits: int, shown: frozenset[str] | None) -
 def _placed(context: bpy.types.Context, shown: frozenset[str] | None) -> list[tuple[Any, Matrix]]:
     """Meshes of what is ray traced and where they stand, as the viewport has them."""
     flags, found, used = Flags(context.scene), [], set()
+    traced = cache(is_traced_by_itself)
     for instance in context.evaluated_depsgraph_get().object_instances:
         b_object = instance.object
         if b_object.type not in SURFACES or not instance.show_self:
             continue
         owner = instance.parent if instance.is_instance else b_object
+        slots = None
         if not (flags.is_ray_traced(b_object) or flags.is_ray_traced(owner)):
-            continue
+            worn = [b_slot.material for b_slot in b_object.material_slots]
+            slots = tuple(i for i, b_material in enumerate(worn) if b_material is not None and traced(b_material))
+            if not slots:
+                continue
         if shown is not None and owner.original.name_full not in shown:
             continue
-        name = (b_object.original.name_full, b_object.data.name_full)
+        name = (b_object.original.name_full, b_object.data.name_full, slots)
         used.add(name)
         batch = _batch(name, b_object)
         if batch is not None:
@@ -128,9 +135,12 @@ def _batch(name: Name, b_object: bpy.types.Object) -> Any:
             points, corners = np.empty(len(mesh.vertices) * 3, np.float32), np.empty(len(triangles) * 3, np.int32)
             mesh.vertices.foreach_get("co", points)
             triangles.foreach_get("vertices", corners)
+            corners = corners.reshape(-1, 3)
+            if name[2] is not None:
+                worn = np.empty(len(triangles), np.int32)
+                triangles.foreach_get("material_index", worn)
+                corners = corners[np.isin(worn, name[2])]
             shader = gpu.shader.from_builtin("UNIFORM_COLOR")
-            _kept.batches[name] = batch_for_shader(
-                shader, "TRIS", {"pos": points.reshape(-1, 3)}, indices=corners.reshape(-1, 3)
-            )
+            _kept.batches[name] = batch_for_shader(shader, "TRIS", {"pos": points.reshape(-1, 3)}, indices=corners)
         b_object.to_mesh_clear()
     return _kept.batches[name]

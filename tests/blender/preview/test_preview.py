@@ -242,3 +242,9 @@ def test_what_is_ray_traced_has_a_color_instances_too(scene, monkeypatch):
     found = {name: tuple(matrix.translation) for name, matrix in tint._placed(context, None)}
     assert found == {"Cube": (0, 0, 0), "Inner": (3, 0, 0)}
     assert [name for name, _ in tint._placed(context, frozenset({"Empty"}))] == ["Inner"]  # local view
+    scene.objects["Cube"].hybrid.ray_traced = False
+    scene.objects["Cube"].active_material.hybrid.ray_traced = True  # a material by itself: its faces
+    asked = []
+    monkeypatch.setattr(tint, "_batch", lambda name, _b_object: asked.append(name))
+    tint._placed(context, None)
+    assert ("Cube", "Cube", (0,)) in asked and ("Inner", "Cube", None) in asked

@@ -14,6 +14,9 @@ from . import picker, slots
 BRANCH = 0.6
 """Widget units by which what a ray became is set in."""
 
+SPACE = 1.0
+"""Widget units that Blender leaves around what is set in."""
+
 DEEPEST = 4
 """From this many bounces on nothing is set in further: the sidebar is narrow."""
 
@@ -71,7 +74,8 @@ class HYBRID_IMAGE_PT_pixel(EditorPanel, bpy.types.Panel):
             row = layout.row()
             if deep:
                 row.separator(factor=deep * BRANCH / 0.3)  # Blender's separator is 0.3 units at factor 1
-            paragraph(row, context, sentence(text), icon="DOT" if deep else "NONE", taken=deep * BRANCH)
+            icon, taken = ("DOT", deep * BRANCH + SPACE) if deep else ("NONE", 0.0)
+            paragraph(row, context, sentence(text), icon=icon, taken=taken)
         if len(answer.lines) > LINES:
             text = iface("{} more lines: text '{}'").format(len(answer.lines) - LINES, picker.TEXT)
             paragraph(layout, context, text)

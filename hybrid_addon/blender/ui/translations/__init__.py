@@ -80,7 +80,7 @@ def translated(text: str) -> str:
         if first is not None or end == 1:
             return f"{translated(parts[0]) if first is None else first}; {translated('; '.join(parts[end:]))}"
     head, between, rest = text.partition(": ")
-    return f"{translated(head)}: {translated(rest)}" if between else text
+    return f"{translated(head)}: {translated(rest)}" if between else words().get(text, text)
 
 
 def _by_template(text: str, locale: str) -> str | None:

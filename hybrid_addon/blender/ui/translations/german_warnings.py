@@ -27,7 +27,6 @@ SAYS = {
     "is not followed, as in EEVEE: it shines to all sides of its front": (
         "wird nicht befolgt, wie in EEVEE: es leuchtet nach vorn in alle Richtungen"
     ),
-    "is not traced; it is drawn as diffuse": "wird nicht verfolgt; es ist diffus",
     "is not traced; rays go straight on, as EEVEE draws it": (
         "wird nicht verfolgt; Strahlen gehen geradeaus, wie EEVEE es zeichnet"
     ),
@@ -141,9 +140,6 @@ WARNINGS = {
     "fog of {} is not traced: the mesh is open or flat, and only a closed one has an inside": (
         "Nebel von {} wird nicht verfolgt: das Mesh ist offen oder flach, nur ein geschlossenes hat ein Inneres"
     ),
-    "{}: translucent and closed, and no lamp outside lights a body from within": (
-        "{}: durchscheinend und geschlossen; kein Licht von außen erhellt einen Körper von innen"
-    ),
     "the film is transparent: see-through ray traced surfaces are as opaque as EEVEE draws them, and light that is "
     "added to them is lost where EEVEE draws nothing": (
         "Der Film ist transparent: durchsichtige Oberflächen mit Raytracing sind so deckend, wie EEVEE sie zeichnet; "
@@ -184,7 +180,18 @@ WARNINGS = {
     "{}, of {} that are free; {}": "{}, von {}, die frei sind; {}",
     "lower the resolution or the samples": "Auflösung oder Abtastwerte verringern",
     # what cannot be done
-    "{} is not an object: pass bpy.data.objects['NAME']": "{} ist kein Objekt: bpy.data.objects['NAME'] übergeben",
+    "{} is neither an object nor a material: pass bpy.data.objects['NAME']": (
+        "{} ist weder Objekt noch Material: bpy.data.objects['NAME'] übergeben"
+    ),
+    "it has no nodes: tick Use Nodes to have it ray traced by itself": (
+        "Es hat keine Nodes: Nodes verwenden ankreuzen, um es selbst zu verfolgen"
+    ),
+    "it is a volume: only surfaces can be ray traced by themselves": (
+        "Es ist ein Volumen: nur Oberflächen können selbst Raytracing haben"
+    ),
+    "metaball {} wears it, which only EEVEE draws: give the metaball another one": (
+        "Metaball {} trägt es, und ihn zeichnet nur EEVEE: dem Metaball ein anderes geben"
+    ),
     "{} is not a scene: pass bpy.context.scene": "{} ist keine Szene: bpy.context.scene übergeben",
     "{} is a metaball: convert it to a mesh (Object > Convert) to ray trace it": (
         "{} ist ein Metaball: in ein Mesh umwandeln (Objekt > Umwandeln), um ihn zu verfolgen"
