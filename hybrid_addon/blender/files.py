@@ -119,8 +119,10 @@ def sweep(folder: Path, pattern: str = _PART) -> None:
                 path.unlink()
 
 
+@functools.lru_cache(maxsize=8)
 def _sweep_sessions(folder: str) -> None:
-    """The temporary folders of other Blenders of this user. Not through a link, which anyone may have put there."""
+    """The temporary folders of other Blenders of this user, once: on a farm there are many. Not through a link, which
+    anyone may have put there."""
     for session in Path(folder).absolute().parent.glob("blender_*"):
         with contextlib.suppress(OSError):
             own = not hasattr(os, "getuid") or session.lstat().st_uid == os.getuid()

@@ -19,17 +19,33 @@ from leave import leave  # noqa: E402
 from pages import blocks  # noqa: E402
 
 import hybrid_addon  # noqa: E402
+from hybrid_addon.tracer.kernels import loading  # noqa: E402
 
-from . import cycles, povray, prunings, scaling, slope, speed, thesis  # noqa: E402
+from . import (  # noqa: E402
+    cycles,
+    equal_error,
+    instances,
+    kernels,
+    povray,
+    preview,
+    prunings,
+    scaling,
+    slope,
+    speed,
+    thesis,
+)  # fmt: skip
 from .measure import Bench, host  # noqa: E402
 from .table import Table, markdown  # noqa: E402
 
 PARTS: dict[str, Callable[[Bench], list[Table]]] = {
     "thesis": thesis.thesis,
     "hybrid": thesis.hybrid,
+    "preview": preview.preview,
+    "kernels": kernels.kernels,
     "rays": speed.rays,
     "threads": speed.threads,
     "cycles": cycles.against_cycles,
+    "equal-error": equal_error.equal_error,
     "povray": povray.against_povray,
     "coverage": scaling.coverage,
     "prunings": prunings.prunings,
@@ -38,6 +54,7 @@ PARTS: dict[str, Callable[[Bench], list[Table]]] = {
     "lights": scaling.lights,
     "depth": scaling.depth,
     "resolution": scaling.resolution,
+    "instances": instances.instances,
 }
 
 
@@ -54,10 +71,11 @@ def main() -> int:
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
     hybrid_addon.register()
+    loading.load()  # else the first parts would be timed with fewer of them than the last
     patience = arguments.patience or (5.0 if arguments.quick else 60.0)
     began = time.perf_counter()
     bench = Bench(arguments.quick, arguments.repeats, patience, began + arguments.limit, say)
-    machine = {"opengl": _renderer(), **host()}
+    machine = {"opengl": _renderer(), **host(), "kernels": loading.line()}
     tables: dict[str, list[Table]] = {}
     missing: list[str] = []
     for name in arguments.only or PARTS:

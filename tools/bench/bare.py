@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tracer's own rays, sent to embreex by nobody but a loop: what the tracer can at best come down to."""
+"""The tracer's own rays, sent to Embree by nobody but a loop: what the tracer can at best come down to."""
 
 from __future__ import annotations
 
@@ -16,37 +16,46 @@ import numpy as np
 from hybrid_addon.tracer.geometry import embree
 
 Call = tuple[Any, np.ndarray, np.ndarray, np.ndarray | None]
+"""A tree, origins and directions (3, n), and t_max (n,) of any-hit queries."""
 
 
 @dataclass
 class Recording:
-    """Every query of a trace: the Embree scene, its rays as contiguous rows, and t_max for any-hit queries."""
+    """Every query of a trace."""
 
     calls: list[Call] = field(default_factory=list)
 
     @property
     def rays(self) -> int:
         """How many rays Embree was sent."""
-        return sum(len(origin) for _, origin, _, _ in self.calls)
+        return sum(origin.shape[1] for _, origin, _, _ in self.calls)
 
-    def replay(self, threads: int) -> None:
-        """Send them all again, spread over threads, and drop the answers."""
+    def replay(self, threads: int, packets: bool = False) -> None:
+        """Send them all again, spread over threads, and drop the answers.
+
+        packets : to our own scene, by kernels; else one by one to embreex'. Both have the same triangles.
+        """
+        trees = {id(tree): tree if packets else _embreex(tree) for tree, *_ in self.calls}
         with ThreadPoolExecutor(threads) as pool:
-            for _ in pool.map(_send, self.calls):
+            for _ in pool.map(lambda call: _send(trees[id(call[0])], *call[1:]), self.calls):
                 pass
 
+    @property
+    def has_packets(self) -> bool:
+        """Whether kernels can send them."""
+        return bool(self.calls) and all(isinstance(tree, embree.OwnScene) for tree, *_ in self.calls)
 
-def _send(call: Call) -> None:
-    scene, origin, direction, t_max = call
+
+def _send(tree: Any, origin: np.ndarray, direction: np.ndarray, t_max: np.ndarray | None) -> None:
     if t_max is None:
-        scene.run(origin, direction, query="INTERSECT")
+        tree.nearest(origin, direction)
     else:
-        scene.run(origin, direction, dists=t_max.copy(), query="OCCLUDED")  # embreex overwrites it
+        tree.occluded(origin, direction, t_max)
 
 
 def _embreex(tree: Any) -> Any:
     """embreex' own scene of the same triangles: the measure, whatever asked Embree."""
-    return getattr(tree, "embreex", tree)._scene
+    return getattr(tree, "embreex", tree)
 
 
 def _kept_apart(a: np.ndarray) -> np.ndarray:
@@ -68,10 +77,9 @@ def recorded() -> Iterator[Recording]:
 
     def note(scene: embree.TriangleScene, origin: Any, direction: Any, t_max: Any = None) -> None:
         if scene.size and origin.shape[1]:
-            rays = [_kept_apart(a.T) for a in (origin, direction)]
+            rays = [_kept_apart(a) for a in (origin, direction)]
             with lock:
-                bare = _embreex(scene._tree)
-                found.calls.append((bare, rays[0], rays[1], None if t_max is None else _kept_apart(t_max)))
+                found.calls.append((scene._tree, rays[0], rays[1], None if t_max is None else _kept_apart(t_max)))
 
     def noted_intersect(self: Any, origin: Any, direction: Any) -> Any:
         note(self, origin, direction)

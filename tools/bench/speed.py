@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rays a second, against bare embreex calls, and over threads."""
+"""Rays a second, against bare Embree, ray by ray and in packets, and over threads."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hybrid_addon.tracer import trace
 
 from . import files
 from .bare import recorded
-from .measure import Bench, cores
+from .measure import Bench, Work, cores
 from .table import Goal, Table
 
 PICTURES_A_SECOND = 15.0  # asked of a machine with 16 cores
@@ -23,8 +23,21 @@ def rays(bench: Bench) -> list[Table]:
     n = cores()
     table = Table(
         f"The tracer alone, {size[0]}x{size[1]}, {n} threads",
-        ["scene", "samples", "million rays", "build s", "trace s", "bare s", "trace / bare", "Mray/s a core", "fps"],
+        [
+            "scene",
+            "samples",
+            "million rays",
+            "build s",
+            "trace s",
+            "bare s",
+            "trace / bare",
+            "packets s",
+            "trace / packets",
+            "Mray/s a core",
+            "fps",
+        ],
         note="Every pixel traced. Bare: the very same rays in embreex calls from as many threads, answers dropped. "
+        "Packets: the same in packets of eight. "
         "fps: pictures a second with the tree built anew for each, and in brackets with it kept.",
     )
     for name in files.THESIS:
@@ -36,14 +49,21 @@ def rays(bench: Bench) -> list[Table]:
             how = replace(settings, samples=samples, camera_sees="ALL", threads=n)
             with recorded() as recording:
                 trace(scene, replace(how, processes=False))
-            timings = bench.side_by_side(
-                {"tracer": partial(files.traced, scene, how), "bare": partial(recording.replay, n)}
-            )
+            candidates: dict[str, Work] = {
+                "tracer": partial(files.traced, scene, how),
+                "bare": partial(recording.replay, n),
+            }
+            if recording.has_packets:
+                candidates["packets"] = partial(recording.replay, n, True)
+            timings = bench.side_by_side(candidates)
             bare, build = timings["bare"].wall, timings["tracer"].phase("build")
             traced = timings["tracer"].phase("trace")
             rate = recording.rays / traced / n / 1e6
             fps = f"{1 / timings['tracer'].wall:.3g} ({1 / traced:.3g})"
-            table.rows.append((name, samples, recording.rays / 1e6, build, traced, bare, traced / bare, rate, fps))
+            packets = timings["packets"].wall if "packets" in timings else None
+            over = None if packets is None else traced / packets
+            million = recording.rays / 1e6
+            table.rows.append((name, samples, million, build, traced, bare, traced / bare, packets, over, rate, fps))
             if (name, samples) == ("intermediate", 4):
                 table.goals.append(Goal("intermediate: tracer / the same rays in bare embreex", traced / bare, 2.5))
             if (name, samples) == ("simple", 1):

@@ -319,6 +319,7 @@ def test_old_litter_is_swept_and_young_is_not(tmp_path, monkeypatch):
     young = tmp_path / ".hybrid-1.part.png"
     young.touch()
     files.sweep.cache_clear()
+    files._sweep_sessions.cache_clear()
     monkeypatch.setattr(files, "bpy", type("bpy", (), {"app": type("app", (), {"tempdir": str(session)})}))
     with files.scratch() as name, files.atomic(tmp_path / "o.png") as part:
         assert Path(name).parent == session
