@@ -16,7 +16,7 @@ class Flags:
 
     def __init__(self, scene: bpy.types.Scene) -> None:
         scene = scene.original
-        sets = _background_sets(scene)
+        sets = background_sets(scene)
         self._by_collection = {
             ob for owner in (scene, *sets) for collection in flagged_collections(owner) for ob in collection.all_objects
         }  # with all that lies in collections below
@@ -47,7 +47,7 @@ def flagged_collections(scene: bpy.types.Scene) -> list[bpy.types.Collection]:
     return [c for c in everything if getattr(c, "hybrid", None) is not None and c.hybrid.ray_traced]
 
 
-def _background_sets(scene: bpy.types.Scene) -> list[bpy.types.Scene]:
+def background_sets(scene: bpy.types.Scene) -> list[bpy.types.Scene]:
     """The scene's background scene, that one's, and so on."""
     found: list[bpy.types.Scene] = []
     b_set = scene.background_set

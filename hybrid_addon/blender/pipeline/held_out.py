@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..flags import is_traced_by_itself
+from ..flags import background_sets, is_traced_by_itself
 from ..view_layers import source_layer
 from .transmission import shown
 
@@ -19,14 +19,15 @@ MARK = "hybrid"  # custom property on our nodes
 
 
 def ray_traced_materials(scene: bpy.types.Scene) -> list[bpy.types.Material]:
-    """The materials that are ray traced by themselves, of all that the objects of the user's layer may show."""
+    """The materials that are ray traced by themselves, of all that the user's layer and background scenes may show."""
     flagged = [b_material for b_material in bpy.data.materials if is_traced_by_itself(b_material)]
     if not flagged:
         return []
     layer = source_layer(scene)
     if getattr(layer, "material_override", None):  # all wear that instead
         return [b_material for b_material in flagged if b_material == layer.material_override]
-    there = {b_material for b_object in layer.objects for _, b_material in shown(b_object)}
+    objects = [*layer.objects, *(b_object for b_set in background_sets(scene) for b_object in b_set.objects)]
+    there = {b_material for b_object in objects for _, b_material in shown(b_object)}
     return [b_material for b_material in flagged if b_material in there]
 
 
