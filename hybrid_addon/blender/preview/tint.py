@@ -135,12 +135,12 @@ def _batch(name: Name, b_object: bpy.types.Object) -> Any:
             points, corners = np.empty(len(mesh.vertices) * 3, np.float32), np.empty(len(triangles) * 3, np.int32)
             mesh.vertices.foreach_get("co", points)
             triangles.foreach_get("vertices", corners)
-            corners = corners.reshape(-1, 3)
+            faces = corners.reshape(-1, 3)
             if name[2] is not None:
                 worn = np.empty(len(triangles), np.int32)
                 triangles.foreach_get("material_index", worn)
-                corners = corners[np.isin(worn, name[2])]
+                faces = faces[np.isin(worn, name[2])]
             shader = gpu.shader.from_builtin("UNIFORM_COLOR")
-            _kept.batches[name] = batch_for_shader(shader, "TRIS", {"pos": points.reshape(-1, 3)}, indices=corners)
+            _kept.batches[name] = batch_for_shader(shader, "TRIS", {"pos": points.reshape(-1, 3)}, indices=faces)
         b_object.to_mesh_clear()
     return _kept.batches[name]
