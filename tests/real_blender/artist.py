@@ -97,7 +97,7 @@ def steps() -> Iterator[float]:
     press("LEFTMOUSE", *place(60.5 / 120, 45.5 / 90))
     while "Hybrid Pixel" not in bpy.data.texts:
         yield 0.1
-    yield 0.5  # for the popup to be drawn
+    yield 2.0  # for the sidebar to be open
     screen.shoot(str(FOLDER / "pixel.png"))
     (FOLDER / "pixel.txt").write_text(bpy.data.texts["Hybrid Pixel"].as_string(), encoding="utf-8")
     press("ESC")
