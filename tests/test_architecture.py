@@ -48,8 +48,8 @@ MEASURED_BY = ("blender.measure", "blender.cli.report", "blender.cli.stability",
 # The floors of a house, lowest first: a room imports from floors below its own only.
 FLOORS = {
     "tracer": (
-        {"core"}, {"geometry", "materials", "parallel"}, {"emitters", "film", "kernels", "media"}, {"prepare"},
-        {"shading"}, {"integrator"}, {"sampling"}, {"catcher"}, {"render"},
+        {"core"}, {"geometry", "materials", "parallel"}, {"emitters", "film", "media"}, {"kernels"},
+        {"prepare"}, {"shading"}, {"integrator"}, {"sampling"}, {"catcher"}, {"render"},
     ),
     "blender": (
         {"errors", "flags", "gltf", "view_layers"}, {"files", "lines"}, {"sync"}, {"session"}, {"pipeline"}, {"render"},

@@ -30,6 +30,7 @@ from typing import Any, NamedTuple, TypeVar
 import numba
 import numpy as np
 from numba import types
+from numba.np.numpy_support import as_dtype
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
@@ -66,13 +67,15 @@ def written(array: Any) -> Any:
 class Kernel(NamedTuple):
     """A kernel as it was declared. of: the numpy function's name (see `accelerated`); signatures: types of arguments,
     one tuple for each combination that it is compiled for. tables: positions of the arrays that are not of one column
-    for each ray. of_rows: positions of arrays (k, n) that may have any number of rows."""
+    for each ray. of_rows: positions of arrays (k, n) that may have any number of rows. late: it is
+    loaded only when somebody asks for it (`tiles.apart`)."""
 
     of: str
     function: Callable[..., Any]
     signatures: list[tuple[Any, ...]]
     tables: tuple[int, ...] = ()
     of_rows: tuple[int, ...] = ()
+    late: bool = False
 
     @property
     def written(self) -> tuple[int, ...]:
@@ -85,7 +88,11 @@ DECLARED: list[Kernel] = []
 
 
 def kernel(
-    of: str, signatures: Sequence[tuple[Any, ...]], tables: tuple[int, ...] = (), of_rows: tuple[int, ...] = ()
+    of: str,
+    signatures: Sequence[tuple[Any, ...]],
+    tables: tuple[int, ...] = (),
+    of_rows: tuple[int, ...] = (),
+    late: bool = False,
 ) -> Callable[[F], F]:
     """Declare a function as the twin of the numpy function `of`, compiled for these types of arguments.
 
@@ -93,18 +100,55 @@ def kernel(
               they are not (numpy would repeat a single column), numpy does the work.
     of_rows : positions of arrays (k, n) of any number of rows, which the kernel asks for. All others of two axes are
               (3, n): where they are not, numpy does the work.
+    late    : it is loaded only when somebody asks for it.
     """
 
     def declare(function: F) -> F:
-        DECLARED.append(Kernel(of, function, list(signatures), tables, of_rows))
+        DECLARED.append(Kernel(of, function, list(signatures), tables, of_rows, late))
         return function
 
     return declare
 
 
+def nothing(of: Any) -> Any:
+    """The least argument of this type: an empty array, 0 or None."""
+    if isinstance(of, types.NamedTuple):
+        return of.instance_class(*map(nothing, of.types))
+    if isinstance(of, types.Array):
+        result = np.zeros((0,) * of.ndim, as_dtype(of.dtype))
+        result.flags.writeable = of.mutable  # in a record the types must be the same
+        return result
+    return None if isinstance(of, types.NoneType) else as_dtype(of).type(0)
+
+
+def names_in(of: Any) -> str:
+    """The names in a record, in their order, and in its records: numba knows the types alone."""
+    records = getattr(of, "fields", ())
+    return f"{records}{''.join(map(names_in, of.types))}" if records else ""
+
+
+def names_in_all(kernel: Kernel) -> str:
+    """The same of all records among the arguments of a kernel."""
+    return "".join(map(names_in, kernel.signatures[0]))
+
+
 def helper(function: F) -> Any:
     """A function of numbers for use in kernels, into which it is compiled."""
     return numba.njit(**OPTIONS)(function)
+
+
+def stage(function: F) -> Any:
+    """A function of arrays for use in other kernels: one of a kernel's own, or the twin that a module declares."""
+    return numba.njit(**OPTIONS)(function)
+
+
+def inlined(function: F) -> Any:
+    """A function of arrays that is written out where it is called: one that calls stages, and works little itself.
+
+    What a function calls is optimised with it, and once more with whatever calls it: the fewer calls lie one in
+    another, the sooner all is compiled.
+    """
+    return numba.njit(**OPTIONS, inline="always")(function)
 
 
 @helper

@@ -27,6 +27,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,9 @@ ends. ready: nothing is in work; where only some kernels were asked for, the oth
 
 PARTING = 5.0
 """Seconds that the end of a process waits at most for the kernel in work: LLVM should not be cut off."""
+
+STAMPED = 16
+"""So much of a fingerprint is in the names of files."""
 
 _lock, _declaring = threading.Lock(), threading.Lock()
 _stop, _wake = threading.Event(), threading.Event()
@@ -131,6 +135,21 @@ def load(names: set[str] | None = None) -> dict[str, Any]:
     return status()
 
 
+def is_kept(name: str) -> bool:
+    """Whether the machine code of a function's kernel is in the cache."""
+    for kernel in _declared():
+        if kernel.of == name:
+            fields = importlib.import_module(".declare", __package__).names_in_all(kernel)
+            stamp = fingerprint(kernel.function, fields)[:STAMPED]
+            return any(cache_folder().glob(f"{kernel.function.__name__}-{stamp}*.nbi"))
+    return False
+
+
+def ends_within(seconds: float) -> bool:
+    """Wait so long; whether the process ends meanwhile."""
+    return _stop.wait(seconds)
+
+
 def _wait_and_load(after: float) -> None:
     _wake.wait(after)
     try:
@@ -152,8 +171,8 @@ def _load(names: set[str] | None, urgent: bool) -> None:
         _known["state"] = "loading"
     try:
         kernels = _declared()
-        _known["of"] = len(kernels)
-        wanted = [kernel for kernel in kernels if names is None or kernel.of in names]
+        _known["of"] = sum(not kernel.late or kernel.of in _begun | (names or set()) for kernel in kernels)
+        wanted = [kernel for kernel in kernels if (not kernel.late if names is None else kernel.of in names)]
         for kernel in wanted:
             with _turn:
                 _turn.wait_for(lambda: urgent or True not in _at_work or _stop.is_set())
@@ -194,7 +213,7 @@ def _declared() -> list[Any]:
     """All kernels of this room's modules; one that fails takes no other's kernels away."""
     assert __package__ is not None
     with _declaring:
-        names = [module.name for module in pkgutil.iter_modules([str(Path(__file__).parent)])]
+        names = list(_modules(Path(__file__).parent))
         for name in ("declare", *(name for name in names if name not in NOT_KERNELS)):
             try:
                 if name not in accelerated.failed():
@@ -205,13 +224,21 @@ def _declared() -> list[Any]:
         return list(declare.DECLARED) if declare is not None else []
 
 
+def _modules(folder: Path, package: str = "") -> Iterator[str]:
+    """Names of all modules of the room, those of rooms in it, too."""
+    for module in pkgutil.iter_modules([str(folder)]):
+        yield package + module.name
+        if module.ispkg:
+            yield from _modules(folder / module.name, f"{package}{module.name}.")
+
+
 def compiled(kernel: Any) -> Callable[..., Any]:
     """A declared kernel as machine code, of the cache if it is there."""
     import numba
 
     declare = importlib.import_module(".declare", __package__)
     dispatcher = numba.njit(**declare.OPTIONS)(kernel.function)
-    cache = _cache(kernel.function)
+    cache = _cache(kernel.function, declare.names_in_all(kernel))
     for signature in kernel.signatures:
         if _stop.is_set():
             raise InterruptedError("the process ends")
@@ -228,30 +255,22 @@ def compiled(kernel: Any) -> Callable[..., Any]:
             dispatcher.compile(signature)
     dispatcher.disable_compile()
     for signature in kernel.signatures:  # numba notes how arguments convert in the first call, which takes it 0.1 s
-        dispatcher(*[_nothing(t) for t in signature])
+        dispatcher(*[declare.nothing(t) for t in signature])
     result: Callable[..., Any] = dispatcher
     return result
 
 
-def _nothing(of: Any) -> Any:
-    """The least argument of this type: an empty array, 0 or None."""
-    from numba import types
-    from numba.np.numpy_support import as_dtype
-
-    if isinstance(of, types.Array):
-        return np.zeros((0,) * of.ndim, as_dtype(of.dtype))
-    return None if isinstance(of, types.NoneType) else as_dtype(of).type(0)
-
-
-def _cache(function: Callable[..., Any]) -> Any:
+def _cache(function: Callable[..., Any], fields: str = "") -> Any:
     """numba's own cache of a function, but in our folder, and found by what the function is made of; None: no cache.
+
+    fields : of records among its arguments (`declare.names_in`).
 
     numba's would go by the source file alone, and its folder is one for all who use numba in this process.
     """
     try:
         from numba.core import caching
 
-        stamp, folder = fingerprint(function), str(cache_folder())
+        stamp, folder = fingerprint(function, fields), str(cache_folder())
         version = "{}{}".format(*sys.version_info)
 
         class Locator(caching._CacheLocator):  # type: ignore[misc]
@@ -262,7 +281,7 @@ def _cache(function: Callable[..., Any]) -> Any:
                 return stamp
 
             def get_disambiguator(self) -> str:
-                return stamp[:16]  # kernels of one name, and versions of one kernel, each have a file of their own
+                return stamp[:STAMPED]  # kernels of one name, and versions of one kernel, each have a file of their own
 
             @classmethod
             def from_function(cls, function: Any, file: str) -> Any:
@@ -288,11 +307,11 @@ def _cache(function: Callable[..., Any]) -> Any:
         return None
 
 
-def fingerprint(function: Callable[..., Any]) -> str:
-    """What the machine code of a function depends on: its code, that of its helpers, all their constants, and how they
-    are compiled."""
+def fingerprint(function: Callable[..., Any], fields: str = "") -> str:
+    """What the machine code of a function depends on: its code, that of its helpers, all their constants, how they are
+    compiled, and the fields of records."""
     options = importlib.import_module(".declare", __package__).OPTIONS
-    content = hashlib.sha256(f"numpy {np.__version__} {sorted(options.items())}".encode())
+    content = hashlib.sha256(f"numpy {np.__version__} {sorted(options.items())}{fields}".encode())
     for part in _parts(function, set()):
         content.update(part)
     return content.hexdigest()
@@ -305,6 +324,10 @@ def _parts(function: Callable[..., Any], seen: set[int]) -> Iterator[bytes]:
     code = function.__code__
     yield function.__name__.encode() + code.co_code + repr((code.co_consts, code.co_names)).encode()
     named = {name: function.__globals__.get(name) for name in code.co_names}
+    for module in [value for value in named.values() if isinstance(value, ModuleType)]:
+        if not module.__name__.startswith(f"{accelerated.__package__}."):
+            continue
+        named |= {f"{module.__name__}.{name}": getattr(module, name, None) for name in code.co_names}
     around = zip(code.co_freevars, (cell.cell_contents for cell in function.__closure__ or ()), strict=True)
     for name, value in [*named.items(), *around]:
         if hasattr(value, "py_func"):

@@ -30,6 +30,9 @@ _intersect: Any = types.ExternalFunction("rtcIntersect8", _ADDRESSES)
 _occluded: Any = types.ExternalFunction("rtcOccluded8", _ADDRESSES)
 
 
+HAS_QUERIES = bool(_addresses)
+
+
 def _query(of: str, signatures: list[tuple[Any, ...]]) -> Callable[[F], F]:
     """Declare a kernel, but where its function of Embree was not found: LLVM ends a process that links without."""
     return kernel(of, signatures) if _addresses else lambda function: function
