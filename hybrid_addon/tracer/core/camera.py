@@ -58,7 +58,7 @@ def generate_rays(
             direction[i] -= offset / camera.lens.focus_distance
     length = np.sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2])
     exact = np.divide(direction, length, out=direction)
-    unit = exact if _is_wide(camera) else exact.astype(np.float32)
+    unit = exact if is_wide(camera) else exact.astype(np.float32)
     clip_start, clip_end = camera.clip_start * length, camera.clip_end * length
     # Distances along each ray to where it passes the centre, and to where it enters the ball.
     nearest = -(foot[0] * exact[0] + foot[1] * exact[1] + foot[2] * exact[2])
@@ -130,7 +130,8 @@ def polygon(u: Array, v: Array, corners: int) -> tuple[Array, Array]:
     return radius * ((1 - share) * x0 + share * x1), radius * ((1 - share) * y0 + share * y1)
 
 
-def _is_wide(camera: Camera) -> bool:
+def is_wide(camera: Camera) -> bool:
+    """Whether the directions of its rays are float64: see WIDE_LENS."""
     left, right, bottom, top = camera.view_plane
     tangent2 = max(left * left, right * right) + max(bottom * bottom, top * top)
     return camera.projection == "PERSP" and 1 + tangent2 > WIDE_LENS**2

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -123,6 +124,18 @@ class CompiledAreaLight(LocatedLight):
         if self.is_round:
             return ellipse_form_factor(center, u, v) * ~behind, radius
         return form_factor_above(center, u, v) * ~behind, radius
+
+    def as_numbers(self) -> dict[str, Any] | None:
+        """Its shape."""
+        light = self.light
+        u, v = (np.array(a, np.float64) for a in (light.axis_u, light.axis_v))
+        with np.errstate(all="ignore"):
+            over_u, over_v = u / (u @ u), v / (v @ v)
+        return {
+            "kind": "disk" if self.is_round else "area", "axis": light.direction, "u": u, "v": v, "over_u": over_u,
+            "over_v": over_v, "area": self.area, "far2": FAR_AREA_RATIO**2 * float((u * u).sum() + (v * v).sum()),
+            "half_size": self.half_size(np.zeros((3, 0))), "lobe_radius": np.sqrt(dot(u, u) + dot(v, v)),
+        }  # fmt: skip
 
     def met_by(self, origin: Float32, direction: Float64) -> tuple[Bools, Float64]:
         """Rays against the way it shines."""

@@ -96,6 +96,21 @@ class Sky:
         """Directions (3, n) of the world as those of the panorama."""
         return direction if self._expression is not None else matrix_times(self._rotation, direction)
 
+    @property
+    def is_image(self) -> bool:
+        """It is an image, neither a colour nor an expression."""
+        return not self.uniform and self._expression is None
+
+    @property
+    def rotation(self) -> Float64:
+        """(3, 3), see `turned`."""
+        return self._rotation
+
+    @property
+    def limit(self) -> np.float32:
+        """See the class."""
+        return self._limit
+
     def rows(self, chosen: slice) -> Float32:
         """Some rows (h, w, 3 or 4) of the panorama with factor and limit in its colours."""
         seen = self._tinted(chosen)

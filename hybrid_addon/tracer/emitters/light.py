@@ -15,7 +15,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar, Protocol, TypeVar
+from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -171,6 +171,16 @@ class CompiledLight(ABC):
 
         Numbers that are none may come out where a ray does not meet it: floating point errors are not reported.
         """
+
+    # -------------------------------------------------------------------------------------------- for compiled loops
+
+    def as_numbers(self) -> dict[str, Any] | None:
+        """What compiled loops are to know of this very kind of light (`records.LAMP`): its `kind` there, and besides
+        what all lights have a number or several by name. None: they know no such light.
+
+        half_size, lobe_radius : of `half_size` and `lobe_share`, where these are the same from everywhere.
+        """
+        return None
 
     # -------------------------------------------------------------------------------------------- what it cannot do
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -84,6 +85,10 @@ class CompiledPointLight(LocatedLight):
         seen = lobe_over_facing_disk(lobe, toward, distance, radius)
         seen = np.where(own < distance, seen, 1.0)  # within a ball all is light
         return seen / (np.pi * own**2), radius
+
+    def as_numbers(self) -> dict[str, Any] | None:
+        """Its radius."""
+        return {"kind": "point", "radius": self.light.radius}
 
     def met_by(self, origin: Float32, direction: Float64) -> tuple[Bools, Float64]:
         """A disk that faces the origin of each ray, or a ball: from within it all is light."""

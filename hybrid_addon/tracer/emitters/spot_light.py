@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -37,6 +38,13 @@ class CompiledSpotLight(CompiledPointLight):
         """Its range and its cone."""
         return super().fade(value, point, d2) * spot_factor(self.light, point - self.position)
 
+    def as_numbers(self) -> dict[str, Any] | None:
+        """Its radius and its cone."""
+        light = self.light
+        rows = np.asarray(light.world_to_light, np.float64)[:3, :3].reshape(-1)
+        cone = {"rows": rows, "cos_cone": light.cos_cone, "rim": _rim(light)}
+        return {"kind": "spot", "radius": light.radius, **cone}
+
     def emission_toward(self, direction: Float64) -> Array:
         """Its cone."""
         return spot_factor(self.light, direction.astype(np.float32))
@@ -49,6 +57,10 @@ def spot_factor(light: SpotLight, offset: Float32) -> Float32:
     ahead = z > 0
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         cosine = 1 / np.sqrt(1 + (local[0] * local[0] + local[1] * local[1]) / (z * z))
-    rim = np.float32(max(SPOT_BLEND_FLOOR, (1 - light.cos_cone) * light.blend))
-    x = np.clip((cosine - np.float32(light.cos_cone)) / rim, 0, 1)
+    x = np.clip((cosine - np.float32(light.cos_cone)) / np.float32(_rim(light)), 0, 1)
     return np.where(ahead, x * x * (3 - 2 * x), np.float32(0)).astype(np.float32)
+
+
+def _rim(light: SpotLight) -> float:
+    """How far within the cone's edge, by the cosine, it shines with all its light."""
+    return max(SPOT_BLEND_FLOOR, (1 - light.cos_cone) * light.blend)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -67,11 +67,21 @@ class CompiledSunLight(CompiledLight):
         return point_on_facing_disk(toward, d2, radius, square)
 
     def lobe_share(self, lobe: Lobe, toward: Float64, d2: Float64) -> tuple[Float64, Array]:
-        """Over its solid angle weighted by the cosine, as its colour is an irradiance. A radius too small to tell
-        counts as LEAST_LAMP."""
-        radius = np.full(len(d2), max(elementary.tan(min(self.light.angle, np.pi) / 2), LEAST_LAMP))
+        """Over its solid angle weighted by the cosine, as its colour is an irradiance."""
+        radius = np.full(len(d2), self.lobe_radius)
         seen = lobe_over_facing_disk(lobe, toward, np.sqrt(d2), radius)
         return seen / (np.pi * radius**2 / (1 + radius**2)), radius
+
+    def as_numbers(self) -> dict[str, Any] | None:
+        """The disk's radius, as points of it and as highlights have it."""
+        radius = self.half_size(np.zeros((3, 0)))
+        return {"kind": "sun", "radius": np.float32(radius), "half_size": radius, "lobe_radius": self.lobe_radius}
+
+    @property
+    def lobe_radius(self) -> float:
+        """Of the disk as highlights show it: a radius too small to tell counts as LEAST_LAMP."""
+        radius: float = max(float(elementary.tan(min(self.light.angle, np.pi) / 2)), LEAST_LAMP)
+        return radius
 
     def met_by(self, origin: Float32, direction: Float64) -> tuple[Bools, Float64]:
         """A disk in the sky, infinitely far."""

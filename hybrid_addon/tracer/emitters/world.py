@@ -43,6 +43,21 @@ class CompiledWorld:
         if world.backdrop is None and unlimited and (sky.uniform or not world.sun):
             self._backdrop = sky
 
+    @property
+    def skies(self) -> tuple[Sky, Sky]:
+        """The one that lights, and the one that cameras see."""
+        return self._sky, self._backdrop
+
+    @property
+    def diffuse(self) -> tuple[Float64, Float64 | None]:
+        """(3, 1) and (3, 3) of `lambert`; no second one where the world is the same all around."""
+        return self._mean, self._linear
+
+    @property
+    def blurred(self) -> Images:
+        """Its blurred images, as far as `prepare_glossy` made them."""
+        return self._blurred
+
     def radiance(self, direction: Float32) -> Float32:
         """Radiance (3, n) or (3, 1) from directions (3, n), for rays that were reflected or refracted."""
         return self._sky.radiance(direction)

@@ -85,6 +85,11 @@ class Identities:
         self._key = (self._key * 8191 + geometry.object) * 8191 + geometry.surface
         self._hashed = _hashed(self._key)
 
+    @property
+    def hashed(self) -> UInt32:
+        """(np,) of all primitives, those apart that are kept once."""
+        return self._hashed
+
     def take(self, prim: NDArray[np.integer], face: NDArray[np.integer]) -> UInt32:
         """(n,) of hits (n,), see `Hits`."""
         found, instanced = self._hashed.take(prim), self._geometry.instanced

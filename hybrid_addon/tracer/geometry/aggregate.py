@@ -29,6 +29,7 @@ from ..core.constants import (
 from ..core.rays import offset_origin, origin_offset
 from ..core.stats import Stats
 from ..core.vectors import Array, dot, flatnonzero, largest_component
+from .embree import TriangleScene
 from .flatten import Geometry
 from .hits import Hits
 from .instanced import Faces
@@ -75,6 +76,12 @@ class PrimitiveSet:
         other = copy.copy(self)
         other._side = -self._side
         return other
+
+    @property
+    def tree(self) -> Any:
+        """The one tree that alone tells what is seen; None: there are two, shapes, or faces that are not there."""
+        alone = self._hidden is None and not len(self._spheres) and not len(self._planes)
+        return self._triangles if alone and isinstance(self._triangles, TriangleScene) else None
 
     def __len__(self) -> int:
         return self.triangle_count + len(self._spheres) + len(self._planes)

@@ -53,6 +53,16 @@ class Tabulated:
         self._first[fit] = len(surfaces) + np.arange(len(fit)) * COSINES
         self._steps = np.where(self.known, np.float32(COSINES - 1), np.float32(0))
 
+    @property
+    def first(self) -> NDArray[np.intp]:
+        """(s,) the first column of each."""
+        return self._first
+
+    @property
+    def steps(self) -> Float32:
+        """(s,) how many columns on the last is; 0 of what is not in the table."""
+        return self._steps
+
     def look_up(self, surface: NDArray[np.intp], cos: Float32) -> HitValues:
         """Of hits on surfaces (n,) that are seen at `cos` (n,)."""
         share = np.fmin(np.fmax(cos, 0), 1) * self._steps.take(surface)  # NaN counts as 0

@@ -138,6 +138,11 @@ class CompiledScene:
         linked = [(light.key, light.blocks) for light in asking if light.blocks is not None]
         self._linked = {int(key): blockers(casts & blocks, self.media.bounded_by(~blocks)) for key, blocks in linked}
 
+    @property
+    def blockers_of_all(self) -> ShadowCasters:
+        """What casts shadows in the light of all lamps that are not linked."""
+        return self._blockers
+
     def blockers(self, light: CompiledLight) -> ShadowCasters:
         """What casts shadows in the light of a lamp."""
         return self._blockers if light.blocks is None else self._linked[int(light.key)]

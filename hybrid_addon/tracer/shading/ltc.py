@@ -35,7 +35,7 @@ Numbers = NDArray[np.intp]
 
 
 @cache
-def _table() -> Float64:
+def ltc_table() -> Float64:
     """(4, roughness, cosine): tilt, m11, m22, m13 over alpha; steps of roughness and of sqrt(1 - cosine)."""
     table: Array = np.load(Path(__file__).with_name("ltc.npy"))
     return table.astype(np.float64)
@@ -168,7 +168,7 @@ class BrushedLobe:
 
 def ggx_lobe(wo: Float32, n: Float32, roughness: Float32) -> Lobe:
     """Lobes of surfaces of normals n (3, n) and a roughness (n,) > 0, seen along wo (3, n); from below as edge on."""
-    return Lobe(*lobe_frames(wo, n, roughness, _table()))
+    return Lobe(*lobe_frames(wo, n, roughness, ltc_table()))
 
 
 @accelerated

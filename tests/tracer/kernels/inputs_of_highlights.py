@@ -34,7 +34,7 @@ def _(s: Source) -> tuple[Any, ...]:
 def _(s: Source) -> tuple[Any, ...]:
     n = s.units()
     wo = n.copy() if s.rng.random() < 0.2 else s.units()
-    return wo, n, s.of(s.n).numbers(low=0, high=1).clip(0, 1).astype(np.float32), ltc._table()
+    return wo, n, s.of(s.n).numbers(low=0, high=1).clip(0, 1).astype(np.float32), ltc.ltc_table()
 
 
 def _lobes(s: Source) -> tuple[Any, ...]:

@@ -168,6 +168,16 @@ class TriangleScene:
         if self.size:
             self._tree = OwnScene(vertices, triangles) if has_kernels() else EmbreexScene(vertices, triangles)
 
+    @property
+    def own(self) -> OwnScene | EmbreexScene | None:
+        """The tree itself; None: there are no triangles."""
+        return self._tree if self.size else None
+
+    @property
+    def ids(self) -> Int32 | None:
+        """(nt,) see the class."""
+        return self._ids
+
     def called(self, ids: Int32 | None) -> TriangleScene:
         """The same tree with other primitive ids."""
         other = copy.copy(self)
