@@ -44,6 +44,7 @@ PARTS: dict[str, Callable[[Bench], list[Table]]] = {
     "kernels": kernels.kernels,
     "rays": speed.rays,
     "threads": speed.threads,
+    "tiles": speed.tiles,
     "cycles": cycles.against_cycles,
     "equal-error": equal_error.equal_error,
     "povray": povray.against_povray,

@@ -3,10 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
+from hybrid_addon import accelerated
 from hybrid_addon.tracer import trace
+from hybrid_addon.tracer.integrator import tiles as integrator_tiles
+from hybrid_addon.tracer.integrator.tile_obstacles import why_not
+from hybrid_addon.tracer.kernels import loading
+from hybrid_addon.tracer.prepare.compiled import CompiledScene
 
 from . import files
 from .bare import recorded
@@ -103,4 +110,56 @@ def threads(bench: Bench) -> list[Table]:
             least = 1.8 if steps[-1] == 2 else 9 / 16 * steps[-1]
             what = f"{name}: speed-up from 1 to {steps[-1]} threads"
             table.goals.append(Goal(what, seconds[0] / seconds[-1], least, at_least=True))
+    return [table]
+
+
+def tiles(bench: Bench) -> list[Table]:
+    """Tiles, which hold no lock, against waves on one thread; and their threads, 1 to all."""
+    size = (128, 96) if bench.quick else (1024, 768)
+    steps = [t for t in (1, 2, 4, 8, 16, 32, 64, 128) if t < cores()] + [cores()]
+    loading.load()
+    twins = accelerated.ALL[integrator_tiles.NAME]
+    loading.load({integrator_tiles.NAME})
+    if twins.compiled is None:
+        raise RuntimeError("there is no kernel of tiles")
+    table = Table(
+        f"Tiles and waves, {size[0]}x{size[1]}, 1 sample",
+        ["scene", "waves s", *(f"{t} threads s" for t in steps), "speed-up", "bare s", "1 thread / bare"],
+        note="Tracing only, every pixel, seconds. Bare: the same rays in embreex calls on one thread.",
+    )
+    try:
+        for name in files.THESIS:
+            if bench.is_over(table):
+                break
+            scene, settings = files.translated(name, size)
+            how = replace(settings, samples=1, camera_sees="ALL", processes=False)
+            compiled = CompiledScene(scene, replace(how, threads=1))
+            obstacle = why_not(compiled, compiled.seen_by_camera, [])
+            if obstacle:
+                table.rows.append((name, *["-"] * (len(steps) + 3), f"in waves: {obstacle}"))
+                continue
+            bench.say(f"{name}, threads {steps}")
+            twins.kernel = None
+            with recorded() as recording:
+                trace(scene, replace(how, threads=1))
+
+            def traced(kernel: Any, threads: int, scene: Any = scene, how: Any = how) -> dict[str, Any]:
+                twins.kernel = kernel
+                return files.traced(scene, replace(how, threads=threads))
+
+            work: dict[str, Callable[[], Any]] = {
+                "waves": partial(traced, None, 1),
+                "bare": partial(recording.replay, 1),
+            }
+            work |= {str(t): partial(traced, twins.compiled, t) for t in steps}
+            timings = bench.side_by_side(work)
+            waves, *seconds = (timings[k].phase("trace") for k in ("waves", *map(str, steps)))
+            bare = timings["bare"].wall
+            table.rows.append((name, waves, *seconds, seconds[0] / seconds[-1], bare, seconds[0] / bare))
+            if steps[-1] >= 2:
+                least = 1.8 if steps[-1] == 2 else (9 if name == "intermediate" else 7) / 16 * steps[-1]
+                what = f"{name}: tiles, speed-up from 1 to {steps[-1]} threads"
+                table.goals.append(Goal(what, seconds[0] / seconds[-1], least, at_least=True))
+    finally:
+        twins.kernel = twins.compiled
     return [table]

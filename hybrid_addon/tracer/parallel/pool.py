@@ -119,8 +119,12 @@ class WorkerPool:
         """How many work at once on what needs no new process."""
         return workers(self._settings) if self._processes is None else self._processes.number
 
-    def run(self, do: Do, tasks: Sequence[Task], forked: bool, finished: Finished, watch: Watch) -> bool:
+    def run(
+        self, do: Do, tasks: Sequence[Task], forked: bool, finished: Finished, watch: Watch, threads: int = 0
+    ) -> bool:
         """Do them all; whether all came to their end in time.
+
+        threads : that work where no process does; 0: as many as are worth it where each waits for the interpreter.
 
         do     : always the same. Processes know what it did when they were started: for the first work for some.
         forked : by processes, started now if need be; else by those that are there, or by threads.
@@ -134,7 +138,7 @@ class WorkerPool:
             except BaseException:
                 self.end(kill=True)
                 raise
-        return self._over_threads(do, left, finished, watch) and in_time
+        return self._over_threads(do, left, finished, watch, threads or workers(self._settings)) and in_time
 
     def end(self, kill: bool = False) -> None:
         """Let the processes go."""
@@ -142,9 +146,9 @@ class WorkerPool:
             self._processes.end(kill)
             self._processes = None
 
-    def _over_threads(self, do: Do, tasks: list[Task], finished: Finished, watch: Watch) -> bool:
+    def _over_threads(self, do: Do, tasks: list[Task], finished: Finished, watch: Watch, threads: int) -> bool:
         """Do tasks; whether all came to their end in time."""
-        threads, in_time, waiting = workers(self._settings), True, iter(tasks)
+        in_time, waiting = True, iter(tasks)
         pending: set[Future[tuple[Stats, bool]]] = set()
         with ThreadPoolExecutor(threads, thread_name_prefix="hybrid-tracer") as pool:
             try:

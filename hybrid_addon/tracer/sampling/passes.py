@@ -17,6 +17,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from ...scene import Float64
 from ..core.camera import points_on_lens
 from ..core.constants import FIRST_SAMPLES
 from ..core.rays import Rays
@@ -30,6 +31,8 @@ from ..film.pixels import PixelBuffer
 from ..film.samples import BRANCHES, SampleBuffer, wanted_aovs
 from ..film.so_far import Show, so_far
 from ..geometry.aggregate import PrimitiveSet
+from ..integrator.tile_records import TileScene
+from ..integrator.tiles import tiles_of, trace_samples
 from ..integrator.whitted import trace_rays
 from ..parallel.pool import FEWEST, Task, WorkerPool, wanted_workers, workers, zeros_for
 from ..prepare.compiled import CompiledScene
@@ -111,6 +114,7 @@ class Passes:
         self._identity = Identities(scene.geometry) if self.settings.adaptive > 0 else None
         self._board = zeros((len(self.grid),), np.int32)
         self._seen: list[PrimitiveSet] = []
+        self._tile_scenes: dict[int, TileScene | None] = {}
         self.began, self.deadline = time.perf_counter(), deadline
 
     @property
@@ -130,19 +134,20 @@ class Passes:
 
         until : the fraction of the work that is done after this pass.
         """
-        # Who works: processes, if there is enough for them to do.
+        # Who works: threads on tiles, which hold no lock, or processes, if there is enough for them to do.
         n, kind = len(pixels) * work.count, self._kind(work.seen)
         speed = self.speed or tiles.guessed_speed(self.scene.plan.refraction)
         threads = wanted_workers(self.settings)
         enough = self.pool.has_processes or tiles.pays_for_processes(n, speed)
-        forked = self.pool.forks and threads >= FEWEST and enough
-        threads = threads if forked else workers(self.settings)
+        free = self._tiles_of(work.seen) is not None
+        forked = self.pool.forks and threads >= FEWEST and enough and not free
+        threads = threads if forked or free else workers(self.settings)
         if forked:
             self.scene.build_all()
 
         # On what: tiles, put on the board.
         left = deadline if deadline == math.inf else deadline - time.perf_counter()
-        longest, smallest = tiles.longest_tile(left, self.speed), tiles.smallest_tile(forked, speed)
+        longest, smallest = tiles.longest_tile(left, self.speed), tiles.smallest_tile(forked or free, speed)
         if self.overhead:
             longest = min(longest, max(int(self.overhead / tiles.DEAREST_SHOW * speed), tiles.SHORT_TILE))
         dealt = tiles.deal(pixels, work.count, threads, longest, smallest)
@@ -155,7 +160,7 @@ class Passes:
             self.report(done + (until - done) * self.pool.so_far() / max(n, 1))
 
         began = time.perf_counter()
-        in_time = self.pool.run(self._do, tasks, forked, self.stats.merge, watch)
+        in_time = self.pool.run(self._do, tasks, forked, self.stats.merge, watch, threads)
         at_once = max(min(threads, len(dealt)), 1)
         self.speed = self.pool.so_far() / max((time.perf_counter() - began) * at_once, 1e-9)
         self.fraction = until
@@ -226,23 +231,12 @@ class Passes:
 
         settings = self.settings
         with stats.phase("shade"), np.errstate(all="ignore"):
-            # What the samples add up to, and what they leave.
+            # Trace the samples, and give them to their pixels.
             keys = pixel_keys(*self.grid.at(pixels), settings.seed)
             sampler = Sampler(keys, settings.first + work.first, work.count)
-            signatures = None
-            if work.signed and self._identity is not None:
-                nothing = np.zeros(len(pixels) * work.count, np.uint32)
-                signatures = Signatures(nothing, self._identity, np.float32(settings.adaptive))
-            sample_buffer = SampleBuffer.zeros(
-                len(pixels), work.count, settings.cutoff, wanted_aovs(settings), settings.max_depth,
-                settings.rough_samples + 1, sampler, signatures,
-            )  # fmt: skip
-            # Trace them, and give them to their pixels.
-            chunks = self._camera_rays(pixels, work, sampler, stats, begun)
-            draws = sampler if self.scene.plan.draws else None
             try:
                 check()
-                trace_rays(self.scene, chunks, work.seen, sample_buffer, stats, check, sampler=draws)
+                sample_buffer = self._traced(pixels, work, sampler, stats, begun, check)
             except _TooLate:
                 return stats, False
             count_samples(sample_buffer, stats)
@@ -250,12 +244,52 @@ class Passes:
             self.pixel_buffer.add(pixels, sample_buffer, work.first)
         return stats, True
 
+    def _traced(
+        self, pixels: Pixels, work: Pass, sampler: Sampler, stats: Stats, begun: NDArray[np.int64],
+        check: Callable[[], None],
+    ) -> SampleBuffer:  # fmt: skip
+        """What all samples of some pixels add up to, by tiles, or in waves."""
+        tile_scene = self._tiles_of(work.seen)
+        if tile_scene is not None:
+            sample_buffer, at = self._buffer(len(pixels), work, sampler), self.grid.at(pixels)
+            if trace_samples(tile_scene, at, self._places(work), sampler, sample_buffer, stats, check, begun):
+                return sample_buffer
+            begun[0] = 0
+        sample_buffer = self._buffer(len(pixels), work, sampler)
+        chunks = self._camera_rays(pixels, work, sampler, stats, begun)
+        draws = sampler if self.scene.plan.draws else None
+        trace_rays(self.scene, chunks, work.seen, sample_buffer, stats, check, sampler=draws)
+        return sample_buffer
+
+    def _buffer(self, pixels: int, work: Pass, sampler: Sampler) -> SampleBuffer:
+        """Sums of the samples of so many pixels, all 0."""
+        settings, signatures = self.settings, None
+        if work.signed and self._identity is not None:
+            nothing = np.zeros(pixels * work.count, np.uint32)
+            signatures = Signatures(nothing, self._identity, np.float32(settings.adaptive))
+        return SampleBuffer.zeros(
+            pixels, work.count, settings.cutoff, wanted_aovs(settings), settings.max_depth,
+            settings.rough_samples + 1, sampler, signatures,
+        )  # fmt: skip
+
+    def _tiles_of(self, seen: PrimitiveSet) -> TileScene | None:
+        """The scene as tiles see it; None: it is for the waves."""
+        key = id(seen)
+        if key not in self._tile_scenes:
+            self._tile_scenes[key] = tiles_of(self.scene, seen, self._identity)
+        return self._tile_scenes[key]
+
+    def _places(self, work: Pass) -> tuple[Float64, Float64]:
+        """Where in each pixel the samples (count,) fall."""
+        u, v = (place.astype(np.float64) for place in self.filter.places(work.first, work.count, work.spread))
+        return u, v
+
     def _camera_rays(
         self, pixels: Pixels, work: Pass, sampler: Sampler, stats: Stats, begun: NDArray[np.int64]
     ) -> Iterator[Rays]:
         """The camera rays of a tile, chunk by chunk: those of some pixels after those of others."""
         camera, count = self.scene.camera, work.count
-        u, v = (place.astype(np.float64) for place in self.filter.places(work.first, count, work.spread))
+        u, v = self._places(work)
         signed = work.signed or self.scene.plan.draws
         branched = not BRANCHES.keys().isdisjoint(wanted_aovs(self.settings))
         # Chunks of whole pixels, all of one size.
