@@ -9,13 +9,15 @@ instance, is held out with it.
 
 from __future__ import annotations
 
+from functools import partial
+
 import bpy
 
 from ..flags import background_sets, is_traced_by_itself
 from ..view_layers import source_layer
 from .transmission import shown
 
-MARK = "hybrid"  # custom property on our nodes
+MARK = "hybrid"  # custom property on our nodes: whether EEVEE draws the shadows
 
 
 def ray_traced_materials(scene: bpy.types.Scene) -> list[bpy.types.Material]:
@@ -36,26 +38,31 @@ def hold_out(depsgraph: bpy.types.Depsgraph, casts: bool) -> None:
 
     casts : EEVEE draws their shadows; else the tracer does.
     """
-    for b_material in [b_id for b_id in depsgraph.ids if isinstance(b_id, bpy.types.Material)]:
-        if b_material.node_tree is not None:
-            _let_go(b_material.node_tree)
-            if is_traced_by_itself(b_material):
-                _hold_out(b_material, casts)
+    materials = [b_id for b_id in depsgraph.ids if isinstance(b_id, bpy.types.Material)]
+    for b_material in (b_material for b_material in materials if b_material.node_tree is not None):
+        wanted = casts if is_traced_by_itself(b_material) else None
+        ours = [b_node for b_node in b_material.node_tree.nodes if MARK in b_node]
+        if (bool(ours[0][MARK]) if ours else None) == wanted:
+            continue  # of an earlier step of motion blur: EEVEE draws it already
+        _let_go(b_material.node_tree, ours)
+        if wanted is not None:
+            _hold_out(b_material, wanted)
 
 
 def _hold_out(b_material: bpy.types.Material, casts: bool) -> None:
     """To camera rays a Holdout as opaque as what it was; to shadows what it was, or, if it casts none, nothing."""
     tree = b_material.node_tree
-    output = tree.get_output_node("EEVEE") or _new(tree, "ShaderNodeOutputMaterial")
-    holdout, clear = _new(tree, "ShaderNodeHoldout"), _new(tree, "ShaderNodeBsdfTransparent")
-    held, seen, path = (_new(tree, f"ShaderNode{kind}") for kind in ("MixShader", "MixShader", "LightPath"))
+    new = partial(_new, tree, casts)
+    output = tree.get_output_node("EEVEE") or new("ShaderNodeOutputMaterial")
+    holdout, clear = new("ShaderNodeHoldout"), new("ShaderNodeBsdfTransparent")
+    held, seen, path = (new(f"ShaderNode{kind}") for kind in ("MixShader", "MixShader", "LightPath"))
     surface = next((link.from_socket for link in output.inputs["Surface"].links), None)
     if surface is not None:
-        opaque, number = _new(tree, "ShaderNodeShaderToRGB"), _new(tree, "ShaderNodeMath")
+        opaque, number = new("ShaderNodeShaderToRGB"), new("ShaderNodeMath")
         number.operation, number.inputs[1].default_value = "MULTIPLY", 1.0
         tree.links.new(opaque.inputs["Shader"], surface)
         tree.links.new(number.inputs[0], opaque.outputs["Alpha"])
-        # Not straight from Alpha: linked so, EEVEE takes any number below 1 for 0 (4.5, 5.2).
+        # Not straight from Alpha: linked so, EEVEE takes any number below 1 for 0 (seen on 5.2).
         tree.links.new(held.inputs[0], number.outputs[0])
     else:
         held.inputs[0].default_value = 1.0
@@ -63,7 +70,7 @@ def _hold_out(b_material: bpy.types.Material, casts: bool) -> None:
     hidden = held
     if b_material.surface_render_method == "DITHERED":
         # What dithering leaves of it is held out whole, as EEVEE itself holds objects out.
-        hidden = _new(tree, "ShaderNodeAddShader")
+        hidden = new("ShaderNodeAddShader")
         tree.links.new(hidden.inputs[0], held.outputs[0])
         tree.links.new(hidden.inputs[1], holdout.outputs[0])
     else:
@@ -71,7 +78,7 @@ def _hold_out(b_material: bpy.types.Material, casts: bool) -> None:
     other = surface
     if not casts:
         b_material.use_transparent_shadow = True
-        unlit = _new(tree, "ShaderNodeMixShader")
+        unlit = new("ShaderNodeMixShader")
         tree.links.new(unlit.inputs[0], path.outputs["Is Shadow Ray"])
         if surface is not None:
             tree.links.new(unlit.inputs[1], surface)
@@ -84,15 +91,14 @@ def _hold_out(b_material: bpy.types.Material, casts: bool) -> None:
     tree.links.new(output.inputs["Surface"], seen.outputs[0])
 
 
-def _new(tree: bpy.types.NodeTree, kind: str) -> bpy.types.Node:
+def _new(tree: bpy.types.NodeTree, casts: bool, kind: str) -> bpy.types.Node:
     b_node = tree.nodes.new(kind)
-    b_node[MARK] = True
+    b_node[MARK] = casts
     return b_node
 
 
-def _let_go(tree: bpy.types.NodeTree) -> None:
+def _let_go(tree: bpy.types.NodeTree, ours: list[bpy.types.Node]) -> None:
     """Take our nodes away again: with Persistent Data a render meets the copies of the one before."""
-    ours = [b_node for b_node in tree.nodes if MARK in b_node]
     surface = next((b_node.inputs[0].links[0].from_socket for b_node in ours if b_node.type == "SHADERTORGB"), None)
     if surface is not None:
         tree.links.new(tree.get_output_node("EEVEE").inputs["Surface"], surface)
