@@ -315,8 +315,7 @@ def test_a_time_budget_is_that_of_each_frame(blend, tmp_path):
     frames = json.loads(report.read_text())["frames"]
     assert len(frames) == 3
     for told in frames:
-        assert told["time"]["total"]["wall"] < 1.2
-        assert told["error"]["sampling"]["rmse"] > 0
+        assert 0 < told["error"]["sampling"]["samples_mean"] < 65536
         assert any("time budget" in entry["why"] for entry in told["skipped"])
 
 
