@@ -52,8 +52,9 @@ FLOORS = {
         {"prepare"}, {"shading"}, {"integrator"}, {"sampling"}, {"catcher"}, {"render"},
     ),
     "blender": (
-        {"errors", "flags", "gltf", "view_layers"}, {"files", "lines"}, {"sync"}, {"session"}, {"pipeline"}, {"render"},
-        {"preview", "scan"}, {"api"}, {"ui", "measure"}, {"cli", "handlers"}, {"registration"}, {"standalone"},
+        {"errors", "gltf", "instancing", "view_layers"}, {"files", "flags", "lines"}, {"sync"}, {"session"},
+        {"pipeline"}, {"render"}, {"preview", "scan"}, {"api"}, {"ui", "measure"}, {"cli", "handlers"},
+        {"registration"}, {"standalone"},
     ),
 }  # fmt: skip
 

@@ -271,20 +271,10 @@ def _collect(scene: bpy.types.Scene) -> HybridResult:
         session.of(scene.name).report = report
         empty = np.zeros((height, width), np.float32)
         return HybridResult(image, image, empty, np.zeros_like(image), report)
-    mask, traced = (_place(part, frame.window, (height, width)) for part in (frame.mask, frame.traced))
-    raster = np.zeros_like(image) if frame.raster is None else _place(frame.raster, frame.window, (height, width))
-    passes = {name: _place(plane, frame.window, (height, width)) for name, plane in frame.passes.items()}
+    mask, traced = (images.place(part, frame.window, (height, width)) for part in (frame.mask, frame.traced))
+    raster = np.zeros_like(image) if frame.raster is None else images.place(frame.raster, frame.window, (height, width))
+    passes = {name: images.place(plane, frame.window, (height, width)) for name, plane in frame.passes.items()}
     return HybridResult(image, raster, mask, traced, frame.report, passes)
-
-
-def _place(part: Float32, window: tuple[int, int, int, int], size: tuple[int, int]) -> Float32:
-    """A window's pixels in the full frame, zero outside."""
-    if part.shape[:2] == size:
-        return part
-    whole = np.zeros((*size, *part.shape[2:]), np.float32)
-    x0, y0, x1, y1 = window
-    whole[y0:y1, x0:x1] = part
-    return whole
 
 
 def _raster_report(scene: bpy.types.Scene, resolution: tuple[int, int]) -> dict[str, Any]:

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import bpy
 
+from .instancing import shared
+
 
 class Flags:
     """The flags of one scene as it stands."""
@@ -20,7 +22,8 @@ class Flags:
         self._by_collection = {
             ob for owner in (scene, *sets) for collection in flagged_collections(owner) for ob in collection.all_objects
         }  # with all that lies in collections below
-        self._of_sets = {ob for b_set in sets for ob in b_set.objects}.difference(scene.objects if sets else ())
+        of_sets = {ob for b_set in sets for ob in b_set.objects}.difference(scene.objects if sets else ())
+        self._shared_of_sets = of_sets and of_sets & shared({*of_sets, *scene.objects})
 
     def is_ray_traced(self, b_object: bpy.types.Object) -> bool:
         """Of an object of the scene, original or evaluated."""
@@ -28,13 +31,14 @@ class Flags:
         hybrid = getattr(b_object, "hybrid", None)  # the translator also works without the add-on
         if hybrid is None or b_object.type == "META":
             return False  # metaballs have no skin in a scene that has them as its background set: EEVEE draws them
-        if b_object in self._of_sets:
-            return False  # EEVEE draws another scene's objects: this scene's view layers cannot hold them out
-        return self._is_flagged(b_object)
+        return self._is_flagged(b_object) and b_object not in self._shared_of_sets
 
     def missed(self) -> list[bpy.types.Object]:
-        """The objects of background scenes that would be ray traced in a scene of their own."""
-        return sorted(filter(self._is_flagged, self._of_sets), key=lambda b_object: b_object.name_full)
+        """The ticked objects of background scenes that cannot be: others show them, or they show others.
+
+        EEVEE holds out an instance with its instancer only where that is in a collection of the scene's own view layer.
+        """
+        return sorted(filter(self._is_flagged, self._shared_of_sets), key=lambda b_object: b_object.name_full)
 
     def _is_flagged(self, b_object: bpy.types.Object) -> bool:
         hybrid = b_object.hybrid

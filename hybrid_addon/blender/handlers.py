@@ -13,7 +13,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import preview, session
-from .pipeline import eevee_shadows, note, others_handlers, scene_setup, trace_scenes, transmission
+from .pipeline import eevee_shadows, note, others_handlers, scene_setup, trace_scenes, traced_objects, transmission
 from .pipeline.fingerprint import Fingerprint, fingerprint
 from .pipeline.guard import guard
 from .render import growing, images, retrace
@@ -190,6 +190,7 @@ def _before_render(scene: bpy.types.Scene, *_args: Any) -> None:
 @persistent
 def _evaluation_begins(scene: bpy.types.Scene, *_args: Any) -> None:
     others_handlers.evaluation_begins(scene, scene_setup.is_trace_scene(scene))
+    trace_scenes.show_layer(scene)
 
 
 @persistent
@@ -197,6 +198,7 @@ def _evaluated(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Blender calls this for each view layer that it is about to render, too."""
     transmission.changed()
     if scene.hybrid.enabled and scene_setup.is_active(scene.original):
+        traced_objects.hold_out(scene.original, depsgraph)
         eevee_shadows.hand_over(scene.original, depsgraph)
         trace_scenes.evaluated(depsgraph)
         hand_over_properties(scene.original, depsgraph.view_layer_eval)

@@ -30,6 +30,10 @@ SHORTEST_TAIL = 0.02
 """Seconds for it, however few the pixels."""
 
 
+OF_LAYERS = ("mask_pixels", "mask_coverage", "counts", "rays", "hits", "error", "time")
+"""Keys of a report that differ from one hybrid view layer to another."""
+
+
 @dataclass(eq=False)
 class Frame:
     """One traced frame over the rendered window: raster, traced (h, w, 4), mask (h, w), float32, associated alpha.
@@ -143,24 +147,27 @@ class EeveeHalf:
 class Session:
     """What the add-on remembers of one scene.
 
-    frame, report  : of the last render; the report stays, for the panel, while the next frame is in work.
+    frame, report  : of the last render, of its first hybrid view layer; the report stays, for the panel, while the next
+                     frame is in work.
+    frames         : of all its hybrid view layers, by their names (`view_layers.part`).
     slot           : of the Render Result that it went into.   kept : what earlier renders left in the others.
     error          : why the last trace failed, in one line; None if it did not.
     so_far         : of the render that runs, or was stopped; None: there is none, or its picture is complete.
     caches         : for the next render (`caches_of`).
     snapshot       : the scene as it was when its last render began.
-    eevee_half     : what a retrace goes over.
-    retracing      : whether the next render takes EEVEE's half from `eevee_half` (render/retrace.py).
+    eevee_halves   : what a retrace goes over, by the names of the hybrid view layers.
+    retracing      : whether the next render takes EEVEE's half from there (render/retrace.py).
     casting        : names of objects that keep EEVEE's shadows because something shows them that is not ray traced.
     """
 
     frame: Frame | None = None
+    frames: dict[str, Frame] = field(default_factory=dict)
     report: dict[str, Any] | None = None
     error: Exception | None = None
     so_far: SoFar | None = None
     caches: FrameCaches | None = None
     snapshot: Witness | None = None
-    eevee_half: EeveeHalf | None = None
+    eevee_halves: dict[str, EeveeHalf] = field(default_factory=dict)
     retracing: bool = False
     casting: list[str] = field(default_factory=list)
     slot: int = -1
@@ -177,6 +184,7 @@ class Session:
         self.kept.pop(slot, None)
         self.slot = slot
         self.frame = self.error = self._delivered = self.so_far = None
+        self.frames = {}
         self._start = Clock()
 
     def fail(self, error: Exception) -> None:
@@ -193,23 +201,34 @@ class Session:
         self._start = self._start or Clock()
         return self._start.read()
 
-    def deadline(self, budget: float, pixels: int) -> float:
+    def deadline(self, budget: float, pixels: int, parts: int) -> float:
         """When to stop tracing, on time.perf_counter's clock, so that the frame ends within its budget (0: never).
 
-        What comes after is taken to last as long as in this scene's last frame.
+        What comes after is taken to last as long as in this scene's last frame. parts : in how many parts the frame is
+        traced; those that are left share the time that is left.
         """
         if budget <= 0:
             return math.inf
         self._start = self._start or Clock()
-        return self._start.wall + budget - max(SHORTEST_TAIL, self._tail * pixels)
+        until = self._start.wall + budget - max(SHORTEST_TAIL, self._tail * pixels)
+        left = parts - len(self.frames)
+        now = time.perf_counter()
+        return until if left <= 1 else now + (until - now) / left
 
     def sampled(self, ago: float) -> None:
         """So many seconds ago the last sample was taken."""
         self._sampled = time.perf_counter() - ago
 
-    def deliver(self, frame: Frame) -> None:
-        """The engine has delivered; Blender composites next."""
-        self.frame, self.report = frame, frame.report
+    def deliver(self, frame: Frame, part: str) -> None:
+        """The engine has delivered a part; Blender composites next, or has another one traced."""
+        self.frames[part] = frame
+        if self.frame is None or self.report is None:
+            self.frame, self.report = frame, frame.report
+        else:
+            said = self.report["warnings"]
+            said += [text for text in frame.report["warnings"] if text not in said]
+            reports = {name: each.report for name, each in self.frames.items()}
+            self.report["layers"] = {name: {key: each[key] for key in OF_LAYERS} for name, each in reports.items()}
         self._delivered = Clock()
 
     def end_frame(self) -> None:
@@ -227,7 +246,8 @@ class Session:
 
     def release(self) -> None:
         """Hybrid is switched off here: let go of all that is kept for another render, not of what the last one gave."""
-        self.caches = self.snapshot = self.eevee_half = None
+        self.caches = self.snapshot = None
+        self.eevee_halves = {}
 
 
 _sessions: dict[str, Session] = {}  # by the scene's name

@@ -146,8 +146,8 @@ def move_to_collection(dice):
 
 def exclude(dice):
     children = bpy.context.view_layer.layer_collection.children
-    own = scene_setup.own_collection(bpy.context.scene)
-    if layer := dice.choice([child for child in children if child.collection != own] or [None]):
+    own = scene_setup.own_collections(bpy.context.scene)
+    if layer := dice.choice([child for child in children if child.collection not in own] or [None]):
         layer.exclude = not layer.exclude
         push("exclude")
 
@@ -173,11 +173,11 @@ def own_compositor(_dice):
 def spoil(dice):
     """What the add-on made is in reach of everybody: delete a part of it."""
     scene = bpy.context.scene
-    own, mask, tree = scene_setup.own_collection(scene), view_layers.mask_layer(scene), nodes.compositor_tree(scene)
+    own, mask, tree = scene_setup.own_collections(scene), view_layers.mask_layer(scene), nodes.compositor_tree(scene)
     ours = [n for n in tree.nodes if nodes.role(n) or nodes.is_stand_in(n)] if tree else []
     what = dice.randrange(3)
     if what == 0 and own:
-        bpy.data.collections.remove(own)
+        bpy.data.collections.remove(own[0])
     elif what == 1 and mask:
         scene.view_layers.remove(mask)
     elif what == 2 and ours:

@@ -114,7 +114,7 @@ def steps() -> Iterator[float]:
     bpy.ops.wm.open_mainfile(filepath=str(FOLDER / "artist.blend"))
     yield 0.5
     assert scene_setup.is_active(bpy.context.scene) and bpy.context.scene.hybrid.insets
-    assert [ob.name for ob in scene_setup.own_collection(bpy.context.scene).objects] == ["Cube"]
+    assert [ob.name for ob in scene_setup.ray_traced_objects(bpy.context.scene)] == ["Cube"]
     yield from rendered()
     layer = bpy.context.view_layer.layer_collection.children["Collection"]
     with bpy.context.temp_override(window=window()):

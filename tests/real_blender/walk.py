@@ -27,6 +27,7 @@ from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.pipeline import (
     nodes,
     scene_setup,
     trace_scenes,
+    traced_objects,
 )
 from bl_ext.user_default.hybrid_addon.hybrid_addon.blender.pipeline.node_group import GROUP_MARK
 
@@ -53,24 +54,24 @@ def check() -> None:
     standing = [s for s in scenes if scene_setup.is_active(s)]
     assert not traces, traces
     assert len(set(scene_setup.trace_scene(s) for s in standing)) == len(standing)
-    marked = [c for c in bpy.data.collections if scene_setup.COLLECTION_MARK in c and c.library is None]
-    assert len(marked) == len(standing), [c.name for c in marked]
+    marked = {c for c in bpy.data.collections if scene_setup.COLLECTION_MARK in c and c.library is None}
+    assert marked == {c for s in standing for c in scene_setup.own_collections(s)}, [c.name for c in marked]
     for scene in scenes:
         masks = [layer for layer in scene.view_layers if layer.get(view_layers.MASK_MARK)]
-        assert len(masks) == (scene in standing), (scene.name, len(masks))
+        wanted = len(view_layers.source_layers(scene)) if scene in standing else 0
+        assert len(masks) == wanted, (scene.name, len(masks))
         tree = nodes.compositor_tree(scene)
         ours = [n for n in tree.nodes if n.get(nodes.ROLE) in {"mask", "trace"} or nodes.SOURCE in n] if tree else []
         if scene not in standing:
             assert not ours, (scene.name, [n.name for n in ours])
             continue
         assert trace_scenes.owner(scene_setup.trace_scene(scene)) == scene
-        held_out, ray_traced = (
-            set(scene_setup.own_collection(scene).objects),
-            set(scene_setup.ray_traced_objects(scene)),
-        )
-        assert held_out == ray_traced, (scene.name, [ob.name_full for ob in held_out ^ ray_traced])
+        held_out = {ob for collection in scene_setup.own_collections(scene) for ob in collection.objects}
+        wanted = set(traced_objects.held_out_by_collection(scene, scene_setup.source_layer(scene)))
+        assert held_out == wanted, (scene.name, [ob.name_full for ob in held_out ^ wanted])
         assert not compositor_setup.feeds_nothing(scene, scene_setup.source_layer(scene)), scene.name
-        assert {n.scene for n in ours if n.get(nodes.ROLE) == "trace"} == {scene_setup.trace_scene(scene)}
+        traces = {trace_scenes.find(scene, layer) for layer in view_layers.source_layers(scene)}
+        assert {n.scene for n in ours if n.get(nodes.ROLE) == "trace"} == traces
 
 
 def shape() -> dict[str, object]:
@@ -79,10 +80,10 @@ def shape() -> dict[str, object]:
 
 
 def _layers(scene: bpy.types.Scene) -> list[tuple[object, ...]]:
-    own = scene_setup.own_collection(scene)
+    own = scene_setup.own_collections(scene)
 
     def walked(b_layer: bpy.types.LayerCollection) -> tuple[object, ...]:
-        name = "ours" if b_layer.collection == own else b_layer.collection.name
+        name = "ours" if b_layer.collection in own else b_layer.collection.name
         switches = (b_layer.exclude, b_layer.holdout, b_layer.indirect_only)
         return (name, switches, sorted(map(walked, b_layer.children), key=repr))
 

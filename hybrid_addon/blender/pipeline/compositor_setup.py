@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The compositor part of the pipeline.
 
-For each Render Layers node that shows the user's view layer there is one *Hybrid* group node, and whatever that Render
-Layers node fed (Image, Alpha) is fed by the Hybrid node instead:
+For each Render Layers node that shows one of the user's hybrid view layers there is one *Hybrid* group node, and
+whatever that Render Layers node fed (Image, Alpha) is fed by the Hybrid node instead:
 
     Render Layers (Hybrid Mask)                           which only stands there, so that Blender renders that layer
     Render Layers (Hybrid Trace) --Raster-->  Hybrid  --> what the user's Render Layers fed
@@ -18,32 +18,58 @@ anew whenever nodes change, with what the last render left, and a retrace leaves
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import bpy
 
+from ..flags import background_sets
 from ..lines import draws_freestyle
+from ..view_layers import number_of, rendered_layers, source_layers
 from . import node_memory, nodes
 from .node_group import GROUP_MARK, composite_group
 from .restore import Restore
 
 
-def sync(
-    scene: bpy.types.Scene,
-    source: bpy.types.ViewLayer,
-    mask: bpy.types.ViewLayer,
-    trace: bpy.types.Scene,
-    mode: str,
-    restore: Restore,
-) -> None:
+class Halves(NamedTuple):
+    """A view layer that is rendered hybrid, the mask layer that EEVEE draws instead, and the scene that traces it."""
+
+    source: bpy.types.ViewLayer
+    mask: bpy.types.ViewLayer
+    trace: bpy.types.Scene
+
+
+def sync(scene: bpy.types.Scene, layers: Sequence[Halves], mode: str, restore: Restore) -> None:
     """Bring the compositor in step; see the module's head. Idempotent."""
-    tree = nodes.ensure_tree(scene, source, restore)
+    tree = nodes.ensure_tree(scene, rendered_layers(scene)[0], restore)
     before = nodes.own(tree).keys()
-    mask_node = nodes.own_render_layers(tree, "mask", scene, mask.name)
-    trace_node = nodes.own_render_layers(tree, "trace", trace, trace.view_layers[0].name)
+    nodes.remove_others(tree, {number_of(halves.source) for halves in layers})
+    stand_ins = {node[nodes.SOURCE]: node for node in tree.nodes if nodes.is_stand_in(node)}
+    for halves in layers:
+        _sync_layer(tree, scene, halves, mode, stand_ins)
+    for orphan in stand_ins.values():
+        _withdraw(tree, orphan, scene)
+    own = nodes.own(tree)
+    node_memory.recall(scene, tree, own, own.keys() - before)
+
+
+def _sync_layer(
+    tree: bpy.types.NodeTree,
+    scene: bpy.types.Scene,
+    halves: Halves,
+    mode: str,
+    stand_ins: dict[str, bpy.types.Node],
+) -> None:
+    """The nodes of one hybrid layer. Takes those that stand in for its Render Layers nodes out of `stand_ins`."""
+    number, trace = number_of(halves.source), halves.trace
+    mask_node = nodes.own_render_layers(tree, "mask", number, scene, halves.mask.name)
+    trace_node = nodes.own_render_layers(tree, "trace", number, trace, trace.view_layers[0].name)
     nodes.set_mute(mask_node, mode != "HYBRID")
     nodes.set_mute(trace_node, mode == "RASTER")
-    stand_ins = {node[nodes.SOURCE]: node for node in tree.nodes if nodes.is_stand_in(node)}
-    for user_node in nodes.render_layers(tree, scene, source.name):
+    for user_node in nodes.render_layers(tree, scene, halves.source.name):
         hybrid = stand_ins.pop(user_node.name, None) or _insert(tree, user_node)
+        if hybrid.get(nodes.LAYER) != number:
+            hybrid[nodes.LAYER] = number
         _divert(tree, user_node, hybrid)
         drawn = trace_node.outputs["Raster"] if mode in {"HYBRID", "RETRACE"} else None
         nodes.link_sockets(tree, hybrid.inputs["Raster"], user_node.outputs["Image"] if mode == "RASTER" else drawn)
@@ -51,10 +77,6 @@ def sync(
         traced = trace_node.outputs["Image" if mode == "FULL" else "Traced"]
         nodes.link_sockets(tree, hybrid.inputs["Traced"], None if mode == "RASTER" else traced)
         nodes.mute_ours(user_node, mode in {"FULL", "RETRACE"} and not nodes.other_outputs(user_node))
-    for orphan in stand_ins.values():
-        _withdraw(tree, orphan, scene, source.name)
-    own = nodes.own(tree)
-    node_memory.recall(scene, tree, own, own.keys() - before)
 
 
 def tear_down(scene: bpy.types.Scene, restore: Restore) -> None:
@@ -68,11 +90,11 @@ def tear_down(scene: bpy.types.Scene, restore: Restore) -> None:
     remove_orphans()
 
 
-def rejoin(scene: bpy.types.Scene, trace: bpy.types.Scene) -> None:
-    """Let our node show the trace scene again: Blender's undo does not know of that."""
-    tree = nodes.compositor_tree(scene)
+def rejoin(scene: bpy.types.Scene, source: bpy.types.ViewLayer, trace: bpy.types.Scene) -> None:
+    """Let our node show the trace scene of a layer again: Blender's undo does not know of that."""
+    tree, number = nodes.compositor_tree(scene), number_of(source)
     for node in tree.nodes if tree is not None else ():
-        if nodes.role(node) == "trace" and node.scene != trace:
+        if nodes.role(node) == "trace" and nodes.layer_number(node) == number and node.scene != trace:
             node.scene = trace
             node.layer = trace.view_layers[0].name
 
@@ -91,7 +113,7 @@ def remove_orphans() -> None:
 def _clean(tree: bpy.types.NodeTree, scene: bpy.types.Scene | None) -> None:
     """Take our nodes out of a tree, and leave the user's as they were."""
     for node in [node for node in tree.nodes if nodes.is_stand_in(node)]:
-        _withdraw(tree, node, scene, None)
+        _withdraw(tree, node, scene)
     for node in tree.nodes:
         nodes.mute_ours(node, False)
     for node in [node for node in tree.nodes if nodes.role(node) in {"mask", "trace"}]:
@@ -103,10 +125,14 @@ def needs_source(scene: bpy.types.Scene, source: bpy.types.ViewLayer, mode: str)
 
     With an opaque film the mask layer alone gives raster and mask. A transparent film hides the difference between sky
     and object; other passes, Freestyle's lines and Cryptomatte exist in the user's layer only, and so do the layers of
-    a multilayer file. Other scenes' compositors show it, too: as EEVEE draws it.
+    a multilayer file. Other scenes' compositors show it, too: as EEVEE draws it. Of several layers each keeps Use for
+    Rendering as the user has it: he may want to switch one of them off. Of a background scene Blender shows the first
+    that has it.
     """
     if mode != "HYBRID":
         return mode == "RASTER"
+    if len(rendered_layers(scene)) > 1 or any(scene in background_sets(other) for other in bpy.data.scenes):
+        return True
     tree = nodes.compositor_tree(scene)
     others = tree is not None and any(
         node.type == "CRYPTOMATTE_V2" or (nodes.is_users(node, scene, source.name) and nodes.other_outputs(node))
@@ -128,9 +154,11 @@ def _shown_elsewhere(scene: bpy.types.Scene, layer: str) -> bool:
 
 
 def feeds_nothing(scene: bpy.types.Scene, source: bpy.types.ViewLayer) -> bool:
-    """Whether the user's compositor never uses this scene's picture, so that the hybrid one cannot show either."""
-    tree = nodes.compositor_tree(scene)
-    return tree is None or not any(link.from_node.get(nodes.SOURCE) for link in tree.links)
+    """Whether the user's compositor never uses this layer's picture, so that the hybrid one cannot show either."""
+    tree, number = nodes.compositor_tree(scene), number_of(source)
+    return tree is None or not any(
+        link.from_node.get(nodes.SOURCE) and nodes.layer_number(link.from_node) == number for link in tree.links
+    )
 
 
 # ------------------------------------------------------------------------------------------------ nodes that stand in
@@ -155,10 +183,10 @@ def _divert(tree: bpy.types.NodeTree, user_node: bpy.types.Node, hybrid: bpy.typ
                 tree.links.new(link.to_socket, hybrid.outputs[name])
 
 
-def _withdraw(
-    tree: bpy.types.NodeTree, hybrid: bpy.types.Node, scene: bpy.types.Scene | None, layer: str | None
-) -> None:
-    """Take a Hybrid node out again; if its Render Layers node was renamed, any other of this layer takes its links."""
+def _withdraw(tree: bpy.types.NodeTree, hybrid: bpy.types.Node, scene: bpy.types.Scene | None) -> None:
+    """Take a Hybrid node out again; if its Render Layers node was renamed, another of this layer takes its links."""
+    layers = [] if scene is None else source_layers(scene)
+    layer = next((layer.name for layer in layers if number_of(layer) == nodes.layer_number(hybrid)), None)
     origin = tree.nodes.get(hybrid[nodes.SOURCE]) or next(iter(nodes.render_layers(tree, scene, layer)), None)
     for output in hybrid.outputs:
         for link in list(output.links):

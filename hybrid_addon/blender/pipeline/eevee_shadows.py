@@ -10,7 +10,7 @@ from __future__ import annotations
 import bpy
 
 from .. import session
-from ..view_layers import MASK_MARK
+from ..view_layers import MASK_MARK, imitated_by
 from . import held_out, scene_setup
 
 
@@ -25,8 +25,7 @@ def hand_over(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     held_out.hold_out(depsgraph, casts=not traced)
     if not (traced or scene.render.use_persistent_data):
         return
-    collection = scene_setup.own_collection(scene)
-    chosen = set(collection.objects) if collection else set()
+    chosen = set(scene_setup.ray_traced_objects(scene, imitated_by(scene, depsgraph.view_layer)))
     by_tracer, by_eevee = set[bpy.types.Object](), set[bpy.types.Object]()
     for b_instance in depsgraph.object_instances:
         owner = (b_instance.parent or b_instance.object).original

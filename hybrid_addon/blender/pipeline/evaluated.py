@@ -58,7 +58,7 @@ def differs(scene: bpy.types.Scene) -> list[str]:
     if bpy.app.background:
         return []
     layer = source_layer(scene)
-    rendered = {b_object for b_object in scene_setup.rendered_objects(scene) if not b_object.hide_render}
+    rendered = {b_object for b_object in scene_setup.rendered_objects(scene, layer) if not b_object.hide_render}
     return [
         b_object.name
         for b_object in layer.objects

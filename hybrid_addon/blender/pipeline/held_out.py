@@ -14,22 +14,28 @@ from functools import partial
 import bpy
 
 from ..flags import background_sets, is_traced_by_itself
-from ..view_layers import source_layer
-from .transmission import shown
+from ..instancing import shown
+from ..view_layers import rendered_layers
 
 MARK = "hybrid"  # custom property on our nodes: whether EEVEE draws the shadows
 
 
-def ray_traced_materials(scene: bpy.types.Scene) -> list[bpy.types.Material]:
-    """The materials that are ray traced by themselves, of all that the user's layer and background scenes may show."""
+def ray_traced_materials(scene: bpy.types.Scene, layer: bpy.types.ViewLayer | None = None) -> list[bpy.types.Material]:
+    """The materials that are ray traced by themselves, of all that a view layer and background scenes may show.
+
+    layer : None for all that the user has rendered.
+    """
     flagged = [b_material for b_material in bpy.data.materials if is_traced_by_itself(b_material)]
     if not flagged:
         return []
-    layer = source_layer(scene)
-    if getattr(layer, "material_override", None):  # all wear that instead
-        return [b_material for b_material in flagged if b_material == layer.material_override]
-    objects = [*layer.objects, *(b_object for b_set in background_sets(scene) for b_object in b_set.objects)]
-    there = {b_material for b_object in objects for _, b_material in shown(b_object)}
+    there = set[bpy.types.Material | None]()
+    for each in rendered_layers(scene) if layer is None else [layer]:
+        override = getattr(each, "material_override", None)
+        if override:  # all wear that instead
+            there.add(override)
+        else:
+            objects = [*each.objects, *(b_object for b_set in background_sets(scene) for b_object in b_set.objects)]
+            there.update(b_material for b_object in objects for _, b_material in shown(b_object))
     return [b_material for b_material in flagged if b_material in there]
 
 

@@ -3,13 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import bpy
 
+from ..view_layers import source_layers
 from . import node_memory, trace_scenes
 from .restore import Restore
 
 SOURCE = "hybrid_source"  # on a Hybrid node: name of the Render Layers node that it stands in for
 ROLE = "hybrid_role"  # on nodes that we made: "mask", "trace", or "own" (made because the user had none)
+LAYER = "hybrid_layer"  # on nodes of ours, from the second hybrid view layer on: its number
 MUTED = "hybrid_muted"  # on the user's nodes that we muted
 PLACES = {"mask": (-700.0, -450.0), "trace": (-700.0, -800.0)}
 OUTPUTS = {"COMPOSITE", "GROUP_OUTPUT"}
@@ -148,11 +152,30 @@ def own(tree: bpy.types.NodeTree) -> dict[str, node_memory.Own]:
     """The nodes that stand for the two halves, and those that stand in for the user's."""
     found = {}
     for node in tree.nodes:
+        number = layer_number(node)
         if role(node) in PLACES:
-            found[role(node)] = node_memory.Own(node, PLACES[role(node)], True)
+            name = role(node) if number == 1 else f"{role(node)} {number}"
+            found[name] = node_memory.Own(node, _place(role(node), number), True)
         elif is_stand_in(node):
             found[f"for {node[SOURCE]}"] = node_memory.Own(node, beside(tree.nodes.get(node[SOURCE])), False)
     return found
+
+
+def layer_number(node: bpy.types.Node) -> int:
+    """The number of the hybrid view layer that a node of ours belongs to."""
+    found = node.get(LAYER)
+    return found if isinstance(found, int) and found > 0 else 1
+
+
+def remove_others(tree: bpy.types.NodeTree, numbers: Collection[int]) -> None:
+    """Remove the nodes of layers that are hybrid no more."""
+    for node in [node for node in tree.nodes if role(node) in PLACES and layer_number(node) not in numbers]:
+        tree.nodes.remove(node)
+
+
+def _place(which: str, number: int) -> tuple[float, float]:
+    x, y = PLACES[which]
+    return x - 300 * (number - 1), y
 
 
 def beside(user_node: bpy.types.Node | None) -> tuple[float, float]:
@@ -179,7 +202,7 @@ def other_outputs(node: bpy.types.Node) -> bool:
 
 def _render_layers_node(tree: bpy.types.NodeTree, which: str, scene: bpy.types.Scene, layer: str) -> bpy.types.Node:
     # Blender gives a new node the context's scene, of which it forgets to take one user back: let that be one of ours.
-    ours = scene if trace_scenes.is_trace_scene(scene) else trace_scenes.ensure(scene)
+    ours = scene if trace_scenes.is_trace_scene(scene) else trace_scenes.ensure(scene, source_layers(scene)[0])
     with bpy.context.temp_override(scene=ours):
         node = tree.nodes.new("CompositorNodeRLayers")
     node[ROLE] = which
@@ -188,16 +211,23 @@ def _render_layers_node(tree: bpy.types.NodeTree, which: str, scene: bpy.types.S
     return node
 
 
-def own_render_layers(tree: bpy.types.NodeTree, which: str, scene: bpy.types.Scene, layer: str) -> bpy.types.Node:
-    """Our node for the "mask" or the "trace" half, made if there is none, showing this layer of this scene."""
-    node = next((node for node in tree.nodes if role(node) == which), None)
+def own_render_layers(
+    tree: bpy.types.NodeTree, which: str, number: int, scene: bpy.types.Scene, layer: str
+) -> bpy.types.Node:
+    """Our node for the "mask" or the "trace" half of the hybrid layer of this number, made if there is none.
+
+    It shows this layer of this scene.
+    """
+    node = next((node for node in tree.nodes if role(node) == which and layer_number(node) == number), None)
     if node is None:
         node = _render_layers_node(tree, which, scene, layer)
         node.label = {
             "mask": "Hybrid: EEVEE without the ray traced objects",
             "trace": "Hybrid: the ray traced objects",
         }[which]
-        node.location = PLACES[which]
+        node.location = _place(which, number)
+        if number > 1:
+            node[LAYER] = number
     if node.scene != scene:
         node.scene = scene
     if node.layer != layer:

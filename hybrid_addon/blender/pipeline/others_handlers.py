@@ -15,7 +15,7 @@ from typing import Any
 
 import bpy
 
-from ..view_layers import MASK_MARK, source_layer
+from ..view_layers import MASK_MARK, imitated_by
 
 _NAMES = ("frame_change_pre", "frame_change_post", "depsgraph_update_pre", "depsgraph_update_post")
 _PACKAGE = __name__.rpartition(".blender.")[0]
@@ -56,7 +56,8 @@ def _is_for_the_mask(scene: bpy.types.Scene) -> bool:
     if not _layers or (not bpy.app.background and threading.current_thread() is threading.main_thread()):
         return False
     layer = scene.view_layers.get(_layers.pop(0))
-    return layer is not None and MASK_MARK in layer and source_layer(scene).use
+    source = imitated_by(scene, layer) if layer is not None and MASK_MARK in layer else None
+    return source is not None and source.use
 
 
 def hide() -> None:

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a hybrid scene has that a plain one has not: set up, kept in step, taken away again without a trace.
 
+    for each view layer with ray traced objects:
     user's scene                                      "Hybrid Trace" scene (engine HYBRID_TRACER; trace_scenes.py)
       view layer "Hybrid Mask"                          in a render: background_set = the user's scene, so that it
-        collection "Hybrid Traced", held out            shows its objects without linking one of them
+        holds the ray traced ones out                   shows its objects without linking one of them
       compositor: Render Layers (mask) + Render Layers (trace) -> Hybrid -> whatever the user's Render Layers fed
 
 `sync(scene)` is idempotent: it compares what is there with what should be there and writes only the differences, so
@@ -13,25 +14,44 @@ scene. Both run on the main thread only, never from a render handler in a window
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import bpy
 
 from .. import session
 from ..errors import HybridError
-from ..flags import Flags
+from ..flags import background_sets
 from ..lines import draws_freestyle, draws_grease_pencil
-from ..sync.messages import Warnings
-from ..view_layers import MASK_MARK, SOURCE_MARK, mask_layer, set_, source_layer, sync_mask_layer
+from ..view_layers import (
+    choose_sources,
+    in_work,
+    mask_layers,
+    mask_of,
+    number_of,
+    own_layers,
+    release_source,
+    rendered_layers,
+    set_,
+    set_use,
+    source_layers,
+    sync_mask_layer,
+)
+from ..view_layers import mask_layer as mask_layer  # for who asks here
+from ..view_layers import source_layer as source_layer
 from . import compositor_setup, opengl, trace_scenes
 from .guard import guard, is_busy
 from .held_out import ray_traced_materials as ray_traced_materials
 from .restore import Restore
-from .trace_scenes import ENGINE as ENGINE  # for who asks here
+from .trace_scenes import ENGINE as ENGINE
 from .trace_scenes import is_trace_scene as is_trace_scene
+from .traced_objects import COLLECTION_MARK, held_out_by_collection
+from .traced_objects import missed as missed
+from .traced_objects import ray_traced_objects as ray_traced_objects
+from .traced_objects import rendered_objects as rendered_objects
 from .transmission import transmit
 
 COLLECTION = "Hybrid Traced"
 FREESTYLE = "freestyle_as_render_pass"  # of what was changed in the user's layer
-COLLECTION_MARK = "hybrid_collection"  # custom property on our collections
 
 
 # ------------------------------------------------------------------------------------------------ questions
@@ -66,13 +86,13 @@ def why_inactive(scene: bpy.types.Scene) -> str:
 
 
 def trace_scene(scene: bpy.types.Scene) -> bpy.types.Scene | None:
-    """The trace scene of this scene, or None."""
-    return trace_scenes.find(scene)
+    """The trace scene of this scene's hybrid layer in work, else of its first one; None."""
+    return trace_scenes.find(scene, source_layer(scene))
 
 
-def own_collection(scene: bpy.types.Scene) -> bpy.types.Collection | None:
-    """The scene's collection of held-out objects, or None."""
-    return next((child for child in scene.collection.children if COLLECTION_MARK in child), None)
+def own_collections(scene: bpy.types.Scene) -> list[bpy.types.Collection]:
+    """The scene's collections of held-out objects."""
+    return [child for child in scene.collection.children if COLLECTION_MARK in child]
 
 
 def effective_mode(scene: bpy.types.Scene) -> str:
@@ -107,61 +127,6 @@ def needs_albedo(scene: bpy.types.Scene) -> bool:
     return scene.hybrid.caustics == "PHOTONS" and traces_shadows(scene)
 
 
-def ray_traced_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """The ray traced ones of them."""
-    flags = Flags(scene)
-    return [b_object for b_object in rendered_objects(scene) if flags.is_ray_traced(b_object)]
-
-
-def missed(scene: bpy.types.Scene) -> list[str]:
-    """Warnings of objects that are ticked, rendered, and yet not ray traced."""
-    told, source = Warnings(), source_layer(scene)
-    for ob in (ob for ob in Flags(scene).missed() if not ob.hide_render):
-        told.add(
-            f"object {ob.name!r} belongs to background scene {scene.background_set.name!r}: only EEVEE draws it; "
-            f"link it to scene {scene.name!r} to have it ray traced"
-        )
-    for layer, names in other_layers(scene).items():
-        if names:
-            told.add(
-                f"only view layer {source.name!r} is hybrid; in {layer!r} EEVEE draws {', '.join(names)}: "
-                f"show them in {source.name!r}, or make {layer!r} the first layer"
-            )
-    return list(told)
-
-
-def other_layers(scene: bpy.types.Scene) -> dict[str, list[str]]:
-    """The view layers that are rendered beside the hybrid one; of each what is ticked there, but not shown in that."""
-    flags, source, there = Flags(scene), source_layer(scene), set(rendered_objects(scene))
-    return {
-        layer.name: [ob.name for ob in layer.objects if ob not in there and flags.is_ray_traced(ob)]
-        for layer in scene.view_layers
-        if layer != source and layer.use and MASK_MARK not in layer
-    }
-
-
-def rendered_objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """The objects whose collections the user's layer renders, each once, in the order of these.
-
-    Only through collections that are neither excluded from the layer nor disabled for rendering: linking an object
-    into our collection must not bring back what the user has switched off.
-    """
-    found: dict[str, bpy.types.Object] = {}
-    ours = own_collection(scene)
-
-    def walk(layer_collection: bpy.types.LayerCollection) -> None:
-        collection = layer_collection.collection
-        if collection == ours or collection.hide_render:
-            return
-        if not layer_collection.exclude:
-            found.update((ob.name_full, ob) for ob in collection.objects)
-        for child in layer_collection.children:
-            walk(child)
-
-    walk(source_layer(scene).layer_collection)
-    return list(found.values())
-
-
 # ------------------------------------------------------------------------------------------------ doors
 
 
@@ -184,8 +149,9 @@ def disable(scene: bpy.types.Scene) -> None:
 
 def object_changed(b_object: bpy.types.Object) -> None:
     """A ray traced flag changed: bring every scene that shows the object in step."""
-    for scene in b_object.users_scene:
-        scene_changed(scene)
+    for scene in _own_scenes():
+        if not {scene, *background_sets(scene)}.isdisjoint(b_object.users_scene):
+            scene_changed(scene)
 
 
 def collection_changed() -> None:
@@ -221,8 +187,9 @@ def rejoin_all() -> None:
     """Blender has gone one step through its history, which does not hold the trace scenes."""
     with guard() as entered:
         for scene in _own_scenes() if entered else ():
-            if is_active(scene) and mask_layer(scene) is not None:
-                compositor_setup.rejoin(scene, trace_scenes.ensure(scene))
+            for source in source_layers(scene) if is_active(scene) else ():
+                if mask_of(scene, source) is not None:
+                    compositor_setup.rejoin(scene, source, trace_scenes.ensure(scene, source))
 
 
 def tear_down_all() -> None:
@@ -247,16 +214,17 @@ def sync(scene: bpy.types.Scene) -> None:
         _disown_copies(scene)
         restore = Restore(scene)
         mode = effective_mode(scene)
-        source = _sync_source(scene, restore, mode)
-        collection = _sync_collection(scene)
-        depth = needs_raster(scene) or (source.use_pass_z and draws_grease_pencil(scene))
-        mask = sync_mask_layer(scene, source, collection, depth=depth, albedo=needs_albedo(scene))
-        trace = trace_scenes.ensure(scene)
+        choose_sources(scene, _hybrid_layers(scene, mode))
+        held_out = {source: _sync_collection(scene, source) for source in source_layers(scene)}
+        _remove_collections(scene, keep=held_out.values())
+        halves = [_sync_layer(scene, source, collection, restore, mode) for source, collection in held_out.items()]
+        _sync_render(scene, restore)
         drawn = "RETRACE" if session.of(scene.name).retracing else mode
-        compositor_setup.sync(scene, source, mask, trace, drawn, restore)
-        _sync_compositor(scene, restore)
-        set_(mask, "use", mode == "HYBRID")
-        set_(source, "use", compositor_setup.needs_source(scene, source, mode) or mode == "FULL")
+        compositor_setup.sync(scene, halves, drawn, restore)
+        for source, mask, _ in halves:
+            set_(mask, "use", mode == "HYBRID")
+            set_use(source, compositor_setup.needs_source(scene, source, mode) or mode == "FULL")
+        trace_scenes.release_others(scene, {number_of(half.source) for half in halves})
         restore.save()
 
 
@@ -264,7 +232,7 @@ def tear_down(scene: bpy.types.Scene) -> None:
     """Remove everything that `sync` made, put back everything that it changed. Does nothing in a clean scene."""
     if is_trace_scene(scene) or scene.library is not None:
         return
-    if not (scene.hybrid.restore or own_collection(scene) or trace_scene(scene) or mask_layer(scene)):
+    if not (scene.hybrid.restore or own_collections(scene) or trace_scene(scene) or mask_layers(scene)):
         return
     with guard() as entered:
         if not entered:
@@ -272,18 +240,14 @@ def tear_down(scene: bpy.types.Scene) -> None:
         _disown_copies(scene)
         restore = Restore(scene)
         compositor_setup.tear_down(scene, restore)
-        mask = mask_layer(scene)
-        if mask is not None:
+        for mask in mask_layers(scene):
             scene.view_layers.remove(mask)
-        for layer in scene.view_layers:
-            if SOURCE_MARK in layer:
-                set_(layer, "use", bool(restore.get("source_use", True)))
-                if restore.get(FREESTYLE) is not None:
-                    set_(layer.freestyle_settings, "as_render_pass", bool(restore.get(FREESTYLE)))
-                del layer[SOURCE_MARK]
-        collection = own_collection(scene)
-        if collection is not None:
-            bpy.data.collections.remove(collection)
+        for layer in own_layers(scene):
+            freestyle = restore.get(f"{FREESTYLE} {number_of(layer)}")
+            if freestyle is not None:
+                set_(layer.freestyle_settings, "as_render_pass", bool(freestyle))
+            release_source(layer)
+        _remove_collections(scene)
         trace_scenes.release(scene)
         restore.clear()
 
@@ -291,32 +255,60 @@ def tear_down(scene: bpy.types.Scene) -> None:
 # ------------------------------------------------------------------------------------------------ the parts
 
 
-def _sync_source(scene: bpy.types.Scene, restore: Restore, mode: str) -> bpy.types.ViewLayer:
-    source = source_layer(scene)
-    if SOURCE_MARK not in source:
-        source[SOURCE_MARK] = True
-        restore.remember("source_use", source.use)
-    if draws_freestyle(scene) and (mode == "HYBRID" or restore.get(FREESTYLE) is not None):
-        restore.remember(FREESTYLE, source.freestyle_settings.as_render_pass)
-        set_(source.freestyle_settings, "as_render_pass", mode == "HYBRID" or bool(restore.get(FREESTYLE)))
-    restore.remember("use_single_layer", scene.render.use_single_layer)
-    set_(scene.render, "use_single_layer", False)  # with it on Blender skips the trace scene
-    return source
+def _hybrid_layers(scene: bpy.types.Scene, mode: str) -> list[bpy.types.ViewLayer]:
+    """The view layers that are hybrid in this mode: all in which something is traced."""
+    layers = rendered_layers(scene)
+    if mode == "HYBRID":
+        return [each for each in layers if ray_traced_objects(scene, each) or ray_traced_materials(scene, each)]
+    return layers if mode == "FULL" else layers[:1]
 
 
-def _sync_collection(scene: bpy.types.Scene) -> bpy.types.Collection:
-    collection = own_collection(scene)
+def _sync_layer(
+    scene: bpy.types.Scene,
+    source: bpy.types.ViewLayer,
+    held_out: bpy.types.Collection | None,
+    restore: Restore,
+    mode: str,
+) -> compositor_setup.Halves:
+    with in_work(scene, source):
+        name = f"{FREESTYLE} {number_of(source)}"
+        if draws_freestyle(scene) and (mode == "HYBRID" or restore.get(name) is not None):
+            restore.remember(name, source.freestyle_settings.as_render_pass)
+            set_(source.freestyle_settings, "as_render_pass", mode == "HYBRID" or bool(restore.get(name)))
+        depth = needs_raster(scene) or (source.use_pass_z and draws_grease_pencil(scene))
+        ours, albedo = own_collections(scene), needs_albedo(scene)
+        mask = sync_mask_layer(scene, source, held_out, ours, depth=depth, albedo=albedo)
+        return compositor_setup.Halves(source, mask, trace_scenes.ensure(scene, source))
+
+
+def _sync_collection(scene: bpy.types.Scene, source: bpy.types.ViewLayer) -> bpy.types.Collection | None:
+    """The collection of what a layer holds out by it; None: nothing."""
+    wanted, number = held_out_by_collection(scene, source), number_of(source)
+    if not wanted:
+        return None
+    collection = next((c for c in own_collections(scene) if c[COLLECTION_MARK] == number), None)
     if collection is None:
         collection = bpy.data.collections.new(COLLECTION)
-        collection[COLLECTION_MARK] = True
+        collection[COLLECTION_MARK] = number
         scene.collection.children.link(collection)
-    wanted = ray_traced_objects(scene)
     there = set(collection.objects)  # not by name: a linked object may have that of a local one
     for b_object in there.difference(wanted):
         collection.objects.unlink(b_object)
     for b_object in [b_object for b_object in wanted if b_object not in there]:
         collection.objects.link(b_object)
     return collection
+
+
+def _remove_collections(scene: bpy.types.Scene, keep: Collection[bpy.types.Collection | None] = ()) -> None:
+    for collection in own_collections(scene):
+        if collection not in keep:
+            bpy.data.collections.remove(collection)
+
+
+def _sync_render(scene: bpy.types.Scene, restore: Restore) -> None:
+    restore.remember("use_single_layer", scene.render.use_single_layer)
+    set_(scene.render, "use_single_layer", False)  # with it on Blender skips the trace scene
+    _sync_compositor(scene, restore)
 
 
 def _sync_compositor(scene: bpy.types.Scene, restore: Restore) -> None:
@@ -332,15 +324,16 @@ def _sync_compositor(scene: bpy.types.Scene, restore: Restore) -> None:
 
 def _disown_copies(scene: bpy.types.Scene) -> None:
     """A linked copy of a scene shares its collections: let go of ours where another scene holds it too."""
-    collection = own_collection(scene)
-    if collection is not None and collection in [own_collection(b) for b in _own_scenes() if b != scene]:
-        scene.collection.children.unlink(collection)
+    others = [c for other in _own_scenes() if other != scene for c in own_collections(other)]
+    for collection in own_collections(scene):
+        if collection in others:
+            scene.collection.children.unlink(collection)
 
 
 def _remove_orphans() -> None:
     """What belonged to scenes that are gone."""
     trace_scenes.release_lost()
-    collections = {own_collection(scene) for scene in _own_scenes()}
+    collections = {collection for scene in _own_scenes() for collection in own_collections(scene)}
     for scene in [s for s in bpy.data.scenes if is_trace_scene(s) and s.library is None]:
         if len(bpy.data.scenes) > 1:  # of a file that an older release left one in
             bpy.data.scenes.remove(scene)

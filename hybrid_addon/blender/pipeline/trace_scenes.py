@@ -12,12 +12,21 @@ removed before the add-on leaves. That of a scene that is gone serves the next o
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Collection
 from itertools import count
 from typing import Any
 
 import bpy
 
-from ..view_layers import copy_evaluation, set_, source_layer
+from ..view_layers import (
+    MASK_MARK,
+    copy_evaluation,
+    imitated_by,
+    number_of,
+    set_,
+    source_layers,
+)
 from . import context_drivers, others_handlers
 
 TRACE_SCENE = "Hybrid Trace"
@@ -27,9 +36,10 @@ TRACE_MARK = "hybrid_trace"  # custom property on our scenes: a user may choose 
 
 _context: Any = None  # of the temporary database
 _database: Any = None
+_rendering = False
 _read_by_drivers: list[context_drivers.Path] = []  # of the trace scene, in the render that runs
 _not_given: dict[int, list[str]] = {}  # what of that a trace scene cannot have, by the `session_uid` of the user's
-_owned: dict[int, bpy.types.Scene] = {}  # trace scenes by the `session_uid` of the user's
+_owned: dict[tuple[int, int], bpy.types.Scene] = {}  # trace scenes by the user's `session_uid`, the layer's number
 
 
 def is_trace_scene(scene: bpy.types.Scene) -> bool:
@@ -42,61 +52,88 @@ def is_ours(b_id: bpy.types.ID) -> bool:
     return _database is not None and any(b_id in there for there in (list(_database.objects), list(_database.cameras)))
 
 
-def find(scene: bpy.types.Scene) -> bpy.types.Scene | None:
-    """The trace scene of this scene, or None."""
-    return _owned.get(scene.session_uid)
+def find(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> bpy.types.Scene | None:
+    """The trace scene of this hybrid view layer of a scene, or None."""
+    return _owned.get((scene.session_uid, number_of(layer)))
 
 
 def owner(trace: bpy.types.Scene) -> bpy.types.Scene | None:
     """The user's scene that this trace scene, original or evaluated, belongs to; None for any other scene."""
-    uid = next((uid for uid, own in _owned.items() if own.session_uid == trace.session_uid), None)
+    uid, _ = _key_of(trace)
     return next((scene for scene in bpy.data.scenes if scene.session_uid == uid), None)
 
 
-def ensure(scene: bpy.types.Scene) -> bpy.types.Scene:
-    """The trace scene of this scene, made if there is none."""
-    found = _owned.get(scene.session_uid)
+def layer_of(trace: bpy.types.Scene, scene: bpy.types.Scene) -> bpy.types.ViewLayer:
+    """The view layer of its owner that a trace scene, original or evaluated, renders."""
+    _, number = _key_of(trace)
+    return next((layer for layer in source_layers(scene) if number_of(layer) == number), source_layers(scene)[0])
+
+
+def _key_of(trace: bpy.types.Scene) -> tuple[int | None, int]:
+    return next((key for key, own in _owned.items() if own.session_uid == trace.session_uid), (None, 0))
+
+
+def ensure(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> bpy.types.Scene:
+    """The trace scene of this hybrid layer of a scene, made if there is none."""
+    key = (scene.session_uid, number_of(layer))
+    found = _owned.get(key)
     if found is not None and found.name in _names_of_the_file():
-        release(scene)
+        _release(key)
         found = None
     if found is None:
-        found = _owned[scene.session_uid] = _spare() or _new()
+        found = _owned[key] = _spare() or _new()
     return found
 
 
 def release(scene: bpy.types.Scene) -> None:
-    """This scene needs its trace scene no more."""
-    trace = _owned.pop(scene.session_uid, None)
-    if trace is not None:
-        _point(trace, None)
+    """This scene needs its trace scenes no more."""
+    release_others(scene, ())
+
+
+def release_others(scene: bpy.types.Scene, numbers: Collection[int]) -> None:
+    """It needs those of the layers of these numbers only."""
+    for key in [key for key in _owned if key[0] == scene.session_uid and key[1] not in numbers]:
+        _release(key)
 
 
 def release_lost() -> None:
     """Nor do scenes that are gone."""
     there = {scene.session_uid for scene in bpy.data.scenes}
-    for uid in _owned.keys() - there:
-        _point(_owned.pop(uid), None)
+    for key in [key for key in _owned if key[0] not in there]:
+        _release(key)
+
+
+def _release(key: tuple[int, int]) -> None:
+    _point(_owned.pop(key), None)
 
 
 def begin() -> None:
     """A render begins: look what drivers will read, and `attach`."""
+    global _rendering
+    _rendering = True
     _read_by_drivers[:] = context_drivers.paths() if _owned else []
     attach()
 
 
 def attach() -> None:
     """Let each trace scene show its owner's objects, as that one evaluates them."""
-    for scene in bpy.data.scenes:
-        trace = _owned.get(scene.session_uid)
-        if trace is not None:
+    shown()
+    for trace in _owned.values():
+        scene = owner(trace)
+        if scene is not None:
             _point(trace, scene)
-            _not_given[scene.session_uid] = context_drivers.copy(_read_by_drivers, scene, source_layer(scene), trace)
+            layer = layer_of(trace, scene)
+            _not_given[scene.session_uid] = context_drivers.copy(_read_by_drivers, scene, layer, trace)
 
 
 def evaluated(depsgraph: bpy.types.Depsgraph) -> None:
     """A layer of the user's scene has been evaluated for a render: what drivers read may be animated."""
-    trace = find(depsgraph.scene)
-    if trace is not None and depsgraph.mode == "RENDER" and _read_by_drivers:
+    if depsgraph.mode != "RENDER" or not _read_by_drivers:
+        return
+    scene, layer = depsgraph.scene, depsgraph.view_layer
+    source = imitated_by(scene, layer) if MASK_MARK in layer else layer
+    trace = find(scene, source) if source in source_layers(scene) else None
+    if trace is not None:
         context_drivers.copy(_read_by_drivers, depsgraph.scene_eval, depsgraph.view_layer_eval, trace)
 
 
@@ -110,8 +147,42 @@ def warnings(scene: bpy.types.Scene) -> list[str]:
 
 def detach() -> None:
     """Nothing is rendered any more."""
+    global _rendering
+    shown()
+    _rendering = False
     for trace in _owned.values():
         _point(trace, None)
+
+
+_switched: list[tuple[bpy.types.ViewLayer, bool]] = []  # off or on, and what was before
+
+
+def show_layer(scene: bpy.types.Scene) -> None:
+    """Blender is about to evaluate a scene of ours: have it show the view layer that is traced.
+
+    Of a background scene Blender takes the first layer that has Use for Rendering: when it builds the dependency graph,
+    which comes after this, and each time it evaluates that, maybe twice in a row. If they differ it crashes. So nothing
+    is put back before Blender has done with it: `shown`.
+    """
+    shown()
+    b_set = scene.background_set
+    on_render_thread = bpy.app.background or threading.current_thread() is not threading.main_thread()
+    if not _rendering or b_set is None or scene.render.engine != ENGINE or not on_render_thread:
+        return
+    wanted = layer_of(scene, b_set)
+    if next((layer for layer in b_set.view_layers if layer.use), None) == wanted:
+        return
+    for layer in b_set.view_layers:
+        if layer.use != (layer == wanted):
+            _switched.append((layer, layer.use))
+            layer.use = layer == wanted
+
+
+def shown() -> None:
+    """It has been evaluated: all layers as they were."""
+    while _switched:
+        layer, use = _switched.pop()
+        layer.use = use
 
 
 def close() -> None:

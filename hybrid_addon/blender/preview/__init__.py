@@ -25,6 +25,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..errors import HybridError, require_tracer
+from ..flags import Flags
 from ..pipeline import scene_setup
 from ..render.settings import preview_settings
 from ..session import FrameCaches
@@ -106,12 +107,10 @@ def _edited(scene: bpy.types.Scene) -> str:
     active = getattr(bpy.context, "object", None)
     if active is None or active.mode in {"OBJECT", "POSE"}:
         return ""
-    collection = scene_setup.own_collection(scene)
-    traced = set() if collection is None else set(collection.all_objects)
     if scene.hybrid.mode == "FULL":
         return str(active.name)
-    in_mode = {active, *getattr(bpy.context, "objects_in_mode", ())}
-    return next((b_object.name for b_object in in_mode if b_object in traced), "")
+    in_mode, traced = {active, *getattr(bpy.context, "objects_in_mode", ())}, Flags(scene).is_ray_traced
+    return next((b_object.name for b_object in in_mode if traced(b_object)), "")
 
 
 def shown_in(space: bpy.types.SpaceView3D, scene: bpy.types.Scene) -> frozenset[str] | None:

@@ -27,6 +27,7 @@ from ..errors import HybridError, TooLarge, require_tracer
 from ..flags import unsaved_overrides
 from ..pipeline import compositor_setup, eevee_shadows, evaluated, others_handlers, scene_setup, trace_scenes
 from ..session import Frame, Half
+from ..view_layers import in_work, part, source_layers
 from . import abort, eevee_half, growing, motion_blur, passes, retrace
 from .settings import public_settings, tracer_settings, with_background
 
@@ -58,6 +59,7 @@ class HybridTracer(bpy.types.RenderEngine):
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Trace one frame. An error is one line in the interface and in the console, and leaves no picture."""
+        trace_scenes.shown()
         if evaluated.EMPTY_MARK in depsgraph.scene:
             evaluated.seen(depsgraph)
             self.end_result(self.begin_result(0, 0, self.resolution_x, self.resolution_y))
@@ -72,6 +74,10 @@ class HybridTracer(bpy.types.RenderEngine):
         except HybridError as error:
             self._fail(scene.name, error)
             return
+        with in_work(scene, trace_scenes.layer_of(depsgraph.scene, scene)):
+            self._render(scene, depsgraph)
+
+    def _render(self, scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         from ...tracer import Cancelled
 
         for name, channels in passes.names(scene).items():
@@ -84,7 +90,7 @@ class HybridTracer(bpy.types.RenderEngine):
             self._grows = growing.begin(scene, window)
             frame, film = trace_frame(scene, depsgraph, resolution, window, self._progress, self._evaluate, self._grows)
             passes.deliver(target, frame, film)
-            session.of(scene.name).deliver(frame)
+            session.of(scene.name).deliver(frame, part(scene))
             delivered = True
         except Cancelled:
             growing.stopped(scene)
@@ -112,6 +118,7 @@ class HybridTracer(bpy.types.RenderEngine):
         """Have the depsgraph of this render show a frame, or what is between two."""
         frame = math.floor(moment)
         self.frame_set(frame, subframe=moment - frame)
+        trace_scenes.shown()
 
     def _fail(self, scene: str, error: HybridError) -> None:
         session.of(scene).fail(error)
@@ -173,7 +180,8 @@ def trace_frame(
 
     settings, seen_through = with_background(tracer_settings(scene), scene, traced_scene, drawn is not None)
     _going_on(progress, "Building")
-    deadline = own.deadline(scene.hybrid.time_budget, (window[2] - window[0]) * (window[3] - window[1]))
+    pixels, parts = (window[2] - window[0]) * (window[3] - window[1]), len(source_layers(scene))
+    deadline = own.deadline(scene.hybrid.time_budget, pixels, parts)
     tracing, times = partial(progress, "Tracing"), motion_blur.moments(scene, settings.samples)
     if len(times) == 1:
         film = trace(traced_scene, settings, mask, tracing, deadline, left.trees, None if grows is None else grows.show)
@@ -246,9 +254,6 @@ def scene_warnings(scene: bpy.types.Scene) -> list[str]:
     """What the pipeline itself cannot do in this scene."""
     warnings, settings = [], scene.hybrid
     source = scene_setup.source_layer(scene)
-    others = [layer for layer, missing in scene_setup.other_layers(scene).items() if not missing]
-    if others:
-        warnings.append(f"only view layer '{source.name}' is hybrid; drawn by EEVEE alone: {', '.join(others)}")
     if compositor_setup.feeds_nothing(scene, source):
         warnings.append(f"the compositor does not use view layer '{source.name}': the ray traced half does not show")
     if settings.traced_shadows != "OFF" and settings.caustics == "PHOTONS" and settings.mode == "FULL":

@@ -19,7 +19,7 @@ from .. import files
 from ..errors import HybridError
 from ..pipeline import nodes, scene_setup
 from ..pipeline.restore import Restore
-from ..view_layers import source_layer
+from ..view_layers import source_layer, source_layers
 
 LAYERS = {"raster": "Raster", "traced": "Traced"}  # of a frame : input of the Hybrid node that adds them
 
@@ -42,6 +42,9 @@ def save(
         for marker in scene.timeline_markers:
             marker.camera = None
     scene_setup.enable(scene)
+    hybrid = source_layers(scene)
+    if len(hybrid) > 1:
+        raise HybridError(f"--handoff writes one view layer, and {len(hybrid)} of scene '{scene.name}' are hybrid")
     tree = nodes.compositor_tree(scene)
     if tree is None:
         raise HybridError(f"scene '{scene.name}' has no compositor")

@@ -98,6 +98,16 @@ def write_exr(path: str | os.PathLike[str], pixels: Float32) -> None:
             raise HybridError(f"cannot write '{path}': {output.geterror() if output else oiio.geterror()}")
 
 
+def place(part: Float32, window: tuple[int, int, int, int], size: tuple[int, int]) -> Float32:
+    """A window's pixels (h, w, ...) in the full frame of this size (height, width), zero outside."""
+    if part.shape[:2] == size:
+        return part
+    whole = np.zeros((*size, *part.shape[2:]), np.float32)
+    x0, y0, x1, y1 = window
+    whole[y0:y1, x0:x1] = part
+    return whole
+
+
 def write_render_result(path: str | os.PathLike[str], scene: bpy.types.Scene) -> None:
     """Save the scene's composite as PNG (view transform applied) or EXR (scene-linear, 32 bit), by the extension."""
     formats = {

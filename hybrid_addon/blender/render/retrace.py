@@ -19,6 +19,7 @@ from ..errors import HybridError
 from ..pipeline import nodes, scene_setup, transmission
 from ..session import EeveeHalf, Half
 from ..sync.cache import same
+from ..view_layers import part, source_layers
 from .snapshot import Snapshot
 
 PASS = "Raster"
@@ -31,6 +32,7 @@ def begins(scene: bpy.types.Scene) -> None:
     """A render of this scene begins: remember what it looks like now."""
     own = session.of(scene.name)
     if not own.retracing and scene_setup.is_active(scene):
+        own.eevee_halves = {}
         if bpy.app.background:
             scene.view_layers[0].update()  # its first update tells of everything
         own.snapshot = Snapshot(scene)
@@ -42,14 +44,14 @@ def hold(scene: bpy.types.Scene, window: tuple[int, int, int, int], half: Half) 
     if own.snapshot is None:
         return None
     shadows = scene_setup.traces_shadows(scene)
-    own.eevee_half = EeveeHalf(window, half, scene.frame_current, shadows, own.snapshot)
-    return own.eevee_half
+    held = own.eevee_halves[part(scene)] = EeveeHalf(window, half, scene.frame_current, shadows, own.snapshot)
+    return held
 
 
 def held(scene: bpy.types.Scene) -> EeveeHalf | None:
     """EEVEE's half, if the render that runs is a retrace."""
     own = session.of(scene.name)
-    return own.eevee_half if own.retracing else None
+    return own.eevee_halves.get(part(scene)) if own.retracing else None
 
 
 def check_drawn(known: EeveeHalf, scene: Scene) -> None:
@@ -96,7 +98,7 @@ def touched(depsgraph: bpy.types.Depsgraph) -> None:
     """The dependency graph of a viewport has been updated."""
     if depsgraph.mode != "VIEWPORT":
         return
-    held = [own.eevee_half.snapshot for own in session.everyone() if own.eevee_half]
+    held = [half.snapshot for own in session.everyone() for half in own.eevee_halves.values()]
     snapshots = {id(s): s for s in (*held, *(own.snapshot for own in session.everyone() if own.snapshot))}
     if not snapshots:
         return
@@ -117,7 +119,8 @@ def why_not(scene: bpy.types.Scene, thorough: bool = False) -> str:
         return scene_setup.why_inactive(scene) or "switch Hybrid on and render first"
     if scene_setup.effective_mode(scene) != "HYBRID":
         return "only where chosen objects are traced, and there are some, there is a picture of EEVEE to trace over"
-    known = session.of(scene.name).eevee_half
+    halves = session.of(scene.name).eevee_halves
+    known = next(iter(halves.values()), None)
     if known is None:
         return "there is no render to trace over: press F12 first"
     if known.frame != scene.frame_current:
@@ -144,18 +147,18 @@ def _traces_shadows(scene: bpy.types.Scene, thorough: bool) -> bool:
 
 def _other_layers(scene: bpy.types.Scene) -> str:
     """Whether the user's compositor shows more of EEVEE than its picture."""
-    source, tree = scene_setup.source_layer(scene), nodes.compositor_tree(scene)
+    tree, hybrid = nodes.compositor_tree(scene), [layer.name for layer in source_layers(scene)]
     for node in tree.nodes if tree is not None else ():
         if node.type == "CRYPTOMATTE_V2" and not node.mute:
             return "the compositor uses Cryptomatte, which EEVEE draws: press F12"
-        if node in nodes.render_layers(tree, scene, None) and (node.layer != source.name or nodes.other_outputs(node)):
+        if node in nodes.render_layers(tree, scene, None) and (node.layer not in hybrid or nodes.other_outputs(node)):
             return f"the compositor uses more of EEVEE than its picture, in node '{node.name}': press F12"
     return ""
 
 
 def frame_of(scene: bpy.types.Scene) -> int | None:
     """The frame of its last render, if there is one to trace over."""
-    known = session.of(scene.name).eevee_half
+    known = next(iter(session.of(scene.name).eevee_halves.values()), None)
     return known.frame if known else None
 
 
@@ -176,7 +179,7 @@ def end(name: str) -> None:
     if scene is not None:
         scene_setup.sync(scene)
         if own.error:
-            own.eevee_half = None
+            own.eevee_halves = {}
 
 
 @contextmanager

@@ -16,8 +16,8 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..instancing import node_inputs
 from ..pipeline import scene_setup, trace_scenes
-from ..pipeline.transmission import node_inputs
 from ..sync.attributes import FIELDS
 from ..sync.object_values import rgba_in
 

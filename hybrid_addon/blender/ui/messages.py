@@ -16,7 +16,7 @@ from bpy.app.translations import pgettext_n as n_
 
 from .. import session
 from ..flags import flagged_collections
-from ..pipeline import scene_setup
+from ..pipeline import scene_setup, transmission
 from ..render import main_thread
 from .image_editor import picker, slots
 from .layout import paragraph
@@ -58,17 +58,23 @@ def nothing_to_trace(scene: bpy.types.Scene) -> str:
     """Why the ray tracer has nothing to draw, and the ways out; "" if it has."""
     if scene.hybrid.mode != "HYBRID":
         return ""
-    collection = scene_setup.own_collection(scene)
-    objects = list(collection.objects) if collection is not None else []
+    hint: str = transmission.until_changed(("nothing", scene.session_uid), lambda: _nothing_rendered(scene))
+    if hint:
+        return hint
+    report = session.of(scene.name).report
+    if report and report["settings"].get("mode") == "HYBRID" and report["mask_pixels"] == 0:
+        return n_("No ray traced object was in view in the last render: move the camera, or tick another object")
+    return ""
+
+
+def _nothing_rendered(scene: bpy.types.Scene) -> str:
+    objects = scene_setup.ray_traced_objects(scene)
     if scene_setup.ray_traced_materials(scene):
         objects = []
     elif not objects:
         return n_("No object is ray traced: tick Hybrid in an object's properties, or press Analyse")
     if objects and all(b_object.hide_render for b_object in objects):
         return n_("All ray traced objects are hidden in renders: click their camera icons in the Outliner")
-    report = session.of(scene.name).report
-    if report and report["settings"].get("mode") == "HYBRID" and report["mask_pixels"] == 0:
-        return n_("No ray traced object was in view in the last render: move the camera, or tick another object")
     return ""
 
 

@@ -7,7 +7,7 @@ import bpy
 import pytest
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender.pipeline import scene_setup
+from hybrid_addon.blender.pipeline import scene_setup, traced_objects
 from hybrid_addon.blender.pipeline.fingerprint import fingerprint
 from hybrid_addon.blender.scan import translated
 
@@ -32,7 +32,9 @@ def traced(scene):
     assert {ob.name for ob in scene_setup.ray_traced_objects(scene)} == shown
     if scene.hybrid.enabled:
         scene_setup.sync(scene)  # in the background it waits for the next render
-        assert {ob.name for ob in scene_setup.own_collection(scene).objects} == shown
+        source = scene_setup.source_layer(scene)
+        by_collection = {ob.name for ob in traced_objects.held_out_by_collection(scene, source)}
+        assert {ob.name for c in scene_setup.own_collections(scene) for ob in c.objects} == by_collection <= shown
     return shown
 
 

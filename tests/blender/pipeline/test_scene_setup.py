@@ -116,16 +116,25 @@ def test_flagged_objects_are_held_out_in_the_mask_layer_only(scene):
     mark(cube)
     enable(scene)
     mask, source = scene_setup.mask_layer(scene), scene_setup.source_layer(scene)
-    ours = scene_setup.own_collection(scene).name
-    assert mask.layer_collection.children[ours].holdout
-    assert source.layer_collection.children[ours].exclude
-    assert list(scene_setup.own_collection(scene).objects) == [cube]
+    assert scene_setup.ray_traced_objects(scene) == [cube]
+    assert not scene_setup.own_collections(scene)  # it is held out in the render's own copy of it
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", cube.users_collection[0]
+    scene.collection.objects.link(empty)
+    scene_setup.sync(scene)
+    (ours,) = scene_setup.own_collections(scene)  # what instances show has the flags of them all
+    assert list(ours.objects) == [cube]
+    assert mask.layer_collection.children[ours.name].holdout
+    assert source.layer_collection.children[ours.name].exclude
+    bpy.data.objects.remove(empty)
+    scene_setup.sync(scene)
+    assert not scene_setup.own_collections(scene)
     assert not source.use and mask.use  # an opaque film needs the mask layer alone
     scene.render.film_transparent = True
     scene_setup.sync(scene)
     assert source.use and mask.use
     unmark(cube)
-    assert len(scene_setup.own_collection(scene).objects) == 0
+    assert not scene_setup.ray_traced_objects(scene)
     assert source.use and not mask.use  # nothing ray traced: EEVEE alone
 
 
@@ -139,14 +148,14 @@ def test_an_object_that_the_user_hid_stays_hidden(scene):
             collection.objects.unlink(cube)
     mark(cube)
     enable(scene)
-    assert list(scene_setup.own_collection(scene).objects) == [cube]
+    assert scene_setup.ray_traced_objects(scene) == [cube]
     scene_setup.source_layer(scene).layer_collection.children["Hidden"].exclude = True
     scene_setup.sync(scene)
-    assert len(scene_setup.own_collection(scene).objects) == 0
+    assert not scene_setup.ray_traced_objects(scene)
     scene_setup.source_layer(scene).layer_collection.children["Hidden"].exclude = False
     hidden.hide_render = True
     scene_setup.sync(scene)
-    assert len(scene_setup.own_collection(scene).objects) == 0
+    assert not scene_setup.ray_traced_objects(scene)
 
 
 def test_the_mask_layer_imitates_the_users_layer(scene):
@@ -244,6 +253,9 @@ def test_a_saved_file_holds_nothing_of_ours_but_settings(scene, tmp_path):
 
 def test_a_copied_scene_gets_a_pipeline_of_its_own(scene):
     mark(bpy.data.objects["Cube"])
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", bpy.data.objects["Cube"].users_collection[0]
+    scene.collection.objects.link(empty)
     enable(scene)
     for kind in ("LINK_COPY", "FULL_COPY"):
         bpy.context.window.scene = scene
@@ -253,19 +265,19 @@ def test_a_copied_scene_gets_a_pipeline_of_its_own(scene):
         scene_setup.sync_all()
         for each in (scene, copy):
             assert trace_scenes.owner(scene_setup.trace_scene(each)) == each
-            assert scene_setup.own_collection(each).name in each.collection.children
-            assert [c.name for c in each.collection.children if c.name.startswith(scene_setup.COLLECTION)] == [
-                scene_setup.own_collection(each).name
-            ]
+            assert [c for c in each.collection.children if c.name.startswith(scene_setup.COLLECTION)] == (
+                scene_setup.own_collections(each)
+            )
+            assert len(scene_setup.own_collections(each)) == 1
         assert scene_setup.trace_scene(copy) != scene_setup.trace_scene(scene)
-        assert scene_setup.own_collection(copy) != scene_setup.own_collection(scene)
+        assert scene_setup.own_collections(copy) != scene_setup.own_collections(scene)
         tree = nodes.compositor_tree(copy)
         roles = {n[nodes.ROLE]: n.scene for n in tree.nodes if n.get(nodes.ROLE) in {"mask", "trace"}}
         assert roles == {"mask": copy, "trace": scene_setup.trace_scene(copy)}
         disable(copy)
         assert scene_setup.trace_scene(copy) is None
         assert trace_scenes.owner(scene_setup.trace_scene(scene)) == scene
-        assert scene_setup.own_collection(scene).name in scene.collection.children
+        assert len(scene_setup.own_collections(scene)) == 1
 
 
 def test_append_brings_a_scene_that_renders_hybrid(scene, tmp_path):
@@ -322,7 +334,6 @@ def test_renamed_parts_are_found_again(scene):
     before_layers = [v.name for v in scene.view_layers]
     enable(scene)
     scene_setup.mask_layer(scene).name = "My Mask"
-    scene_setup.own_collection(scene).name = "My Collection"
     scene_setup.sync_all()
     assert len(scene.view_layers) == 2
     disable(scene)
@@ -383,5 +394,5 @@ def test_undo(scene):
     except RuntimeError:
         pytest.skip("undo needs a window here")
     scene = bpy.context.scene
-    assert [o.name for o in scene_setup.own_collection(scene).objects] == ["Cube"]
+    assert [o.name for o in scene_setup.ray_traced_objects(scene)] == ["Cube"]
     assert scene_setup.mask_layer(scene).use

@@ -31,7 +31,7 @@ def test_a_scene_that_was_just_made(scene):
     fresh = bpy.data.scenes.new("Fresh")
     hybrid.enable(fresh)
     assert trace_scenes.owner(scene_setup.trace_scene(fresh)) == fresh
-    assert scene_setup.own_collection(fresh) is not None
+    assert scene_setup.mask_layer(fresh) is not None
 
 
 def test_linked_things_may_have_the_names_of_local_ones(scene, tmp_path):
@@ -49,8 +49,10 @@ def test_linked_things_may_have_the_names_of_local_ones(scene, tmp_path):
     assert {layer.name for c, layer in twins.items() if c in (glasses, linked)} == {"Glasses"}
     twins[glasses].exclude = True
     hybrid.enable(scene)
-    held_out = scene_setup.own_collection(scene).objects
-    assert set(held_out) == {*linked.objects, bpy.data.objects["Cube"]}  # which lies in the scene's other collection
+    assert set(scene_setup.ray_traced_objects(scene)) == {
+        *linked.objects,
+        bpy.data.objects["Cube"],
+    }  # which lies in the scene's other collection
     mask = {layer.collection: layer.exclude for layer in scene_setup.mask_layer(scene).layer_collection.children}
     assert (mask[glasses], mask[linked]) == (True, False)
 

@@ -10,7 +10,6 @@ import pytest
 
 import hybrid_addon as hybrid
 from hybrid_addon.blender.pipeline import scene_setup
-from hybrid_addon.blender.render.engine import scene_warnings
 
 pytestmark = [pytest.mark.blender, pytest.mark.render]
 
@@ -110,29 +109,16 @@ def test_several_views_are_refused_in_one_line(still):
 
 
 def test_what_is_ticked_and_yet_not_ray_traced_is_named(still):
-    """In a layer that is not hybrid, and in the background scene."""
-    glasses = bpy.data.collections.new("Glasses")
-    still.collection.children.link(glasses)
+    """Instances of the background scene: EEVEE has one flag for all that show an object."""
     stage = bpy.data.scenes.new("Stage")
-    for name, owner in (("Glass", glasses), ("There", stage.collection), ("Too", stage.collection)):
-        b_object = bpy.data.objects.new(name, bpy.data.objects["Cube"].data)
-        owner.objects.link(b_object)
+    shown = bpy.data.collections.new("Shown")
+    shown.objects.link(bpy.data.objects.new("Inside", bpy.data.objects["Cube"].data))
+    for name, data in (("There", bpy.data.objects["Cube"].data), ("Instancer", None)):
+        b_object = bpy.data.objects.new(name, data)
+        stage.collection.objects.link(b_object)
         hybrid.mark(b_object)
+    b_object.instance_type, b_object.instance_collection = "COLLECTION", shown
     still.background_set = stage
-    front = still.view_layers.new("Front")
-    still.view_layers[0].layer_collection.children["Glasses"].exclude = True
-    warnings = scene_setup.missed(still)
-    assert [("Front" in line, "Glass" in line, "'There', 'Too'" in line and "Stage" in line) for line in warnings] == [
-        (False, False, True),
-        (True, True, False),
-    ]
-    assert not [line for line in scene_warnings(still) if "EEVEE alone" in line]  # one line for one layer
-    assert scene_setup.other_layers(still) == {"Front": ["Glass"]}
-    back = still.view_layers.new("Back")
-    back.layer_collection.children["Glasses"].exclude = True
-    back.update()
-    assert scene_setup.other_layers(still) == {"Front": ["Glass"], "Back": []}
-    assert next(line for line in scene_warnings(still) if "alone" in line).endswith("drawn by EEVEE alone: Back")
-    back.use = front.use = False
-    assert len(scene_setup.missed(still)) == 1
-    assert {ob.name for ob in scene_setup.ray_traced_objects(still)} == {"Cube"}
+    (warning,) = scene_setup.missed(still)
+    assert "'Instancer'" in warning and "Stage" in warning
+    assert {ob.name for ob in scene_setup.ray_traced_objects(still)} == {"Cube", "There"}

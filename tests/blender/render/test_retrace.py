@@ -132,7 +132,7 @@ def edit_hidden(scene):
     floor = bpy.data.objects["Floor"]
     floor.hide_viewport = True
     scene.view_layers[0].update()
-    session.of(scene.name).eevee_half.snapshot = Snapshot(scene)
+    session.of(scene.name).eevee_halves["ViewLayer"].snapshot = Snapshot(scene)
     floor.data.vertices[0].co.z += 0.3
 
 
@@ -159,7 +159,7 @@ CHANGES = {
 def test_what_eevee_would_draw_otherwise_is_refused(hybrid):
     refused(hybrid, "press F12 first")
     render(hybrid)
-    kept = session.of(hybrid.name).eevee_half
+    kept = session.of(hybrid.name).eevee_halves["ViewLayer"]
     assert bpy.ops.hybrid.retrace.poll()
     for name, (edit, reason) in CHANGES.items():
         if name == "the frame":
@@ -167,7 +167,7 @@ def test_what_eevee_would_draw_otherwise_is_refused(hybrid):
             hybrid.frame_set(1)
             continue
         kept.snapshot = Snapshot(hybrid)
-        session.of(hybrid.name).eevee_half = kept
+        session.of(hybrid.name).eevee_halves = {"ViewLayer": kept}
         assert retrace.why_not(hybrid, thorough=True) == "", name
         edit(hybrid)
         refused(hybrid, reason)
@@ -175,7 +175,7 @@ def test_what_eevee_would_draw_otherwise_is_refused(hybrid):
         bpy.data.objects["Cube"].location.x = 0
         bpy.data.objects.get("Floor") and setattr(bpy.data.objects["Floor"].hybrid, "ray_traced", False)
     disable(hybrid)
-    assert session.of(hybrid.name).eevee_half is None
+    assert not session.of(hybrid.name).eevee_halves
 
 
 def test_settings_that_change_what_eevee_draws_are_refused(hybrid):
@@ -210,13 +210,13 @@ def test_a_failure_leaves_the_pipeline_as_it_was(hybrid, monkeypatch):
 
         return fail
 
-    half = session.of(hybrid.name).eevee_half
+    halves = session.of(hybrid.name).eevee_halves
     for error, kind, text in (
         (ValueError("no"), HybridError, "^no$"),
         (MemoryError(), TooLarge, "not enough memory"),
         (KeyError("bug"), RuntimeError, "^the ray tracer failed: KeyError: 'bug'$"),
     ):
-        session.of(hybrid.name).eevee_half = half
+        session.of(hybrid.name).eevee_halves = halves
         monkeypatch.setattr(tracer, "trace", fails(error))
         with pytest.raises(kind, match=text):
             trace_again(hybrid)

@@ -71,7 +71,7 @@ def rendered(addon):
     r.slots = hybrid.render(scene, samples=4, traced_shadows=False)
     r.plan = hybrid.plan(scene)
     r.nodes = (before, len(chrome.node_tree.nodes))
-    r.held = list(scene_setup.own_collection(scene).objects)
+    r.held = scene_setup.ray_traced_objects(scene)
     scene, chrome, matte = stage()
     hybrid.mark(ball("Upper", [chrome], lower=False))
     ball("Lower", [matte], upper=False)

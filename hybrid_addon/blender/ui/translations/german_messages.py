@@ -27,9 +27,6 @@ MESSAGES = {
         "Embree lädt auf {} nicht: {}; die Zip-Datei für dieses System installieren"
     ),
     "the ray tracer failed: {}": "Der Raytracer ist gescheitert: {}",
-    "only view layer {} is hybrid; drawn by EEVEE alone: {}": (
-        "Nur Ansichtsebene {} ist hybrid; EEVEE allein zeichnet: {}"
-    ),
     "the compositor does not use view layer {}: the ray traced half does not show": (
         "Der Compositor verwendet Ansichtsebene {} nicht: die verfolgte Hälfte ist nicht zu sehen"
     ),

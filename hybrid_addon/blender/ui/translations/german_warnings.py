@@ -98,8 +98,10 @@ WARNINGS = {
     "object {}: instances that are not ray traced, too, keep EEVEE's shadow for all": (
         "Objekt {}: auch Instanzen ohne Raytracing: für alle bleibt EEVEEs Schatten"
     ),
-    "object {} belongs to background scene {}: only EEVEE draws it; link it to scene {} to have it ray traced": (
-        "Objekt {} gehört zur Hintergrundszene {}: nur EEVEE zeichnet es; mit Szene {} verknüpfen, um es zu verfolgen"
+    "object {} of background scene {} instances others, or is instanced: only EEVEE draws it; link it to scene {} to "
+    "have it ray traced": (
+        "Objekt {} der Hintergrundszene {} instanziert andere oder wird instanziert: nur EEVEE zeichnet es; mit Szene "
+        "{} verknüpfen, um es zu verfolgen"
     ),
     "camera {}: its type {} is Cycles' alone; drawn as Perspective, as EEVEE draws it": (
         "Kamera {}: ihren Typ {} kennt nur Cycles; perspektivisch gezeichnet, wie von EEVEE"
@@ -154,9 +156,6 @@ WARNINGS = {
     "drivers read {} of the active scene or view layer: what they move may be elsewhere in the traced half": (
         "Treiber lesen {} der aktiven Szene oder Ansichtsebene: was sie bewegen, kann in der verfolgten Hälfte "
         "anderswo sein"
-    ),
-    "only view layer {} is hybrid; in {} EEVEE draws {}: show them in {}, or make {} the first layer": (
-        "Nur Ansichtsebene {} ist hybrid; in {} zeichnet EEVEE {}: sie in {} zeigen oder {} zur ersten machen"
     ),
     "{} is a library override; Blender will not save its Hybrid settings: tick and untick Ray Traced once in {}, and "
     "save that file": (
