@@ -43,7 +43,8 @@ class HybridResult:
     """One rendered frame, scene-linear, associated alpha, row 0 at the bottom.
 
     image, raster, traced : (height, width, 4) float32. mask : (height, width) float32, coverage of the traced objects.
-    image = raster + traced, unless your own compositor nodes follow. report : a plain dict (docs/manual/report.md).
+    image = raster + traced, unless your own compositor nodes follow. Of several hybrid view layers the halves, mask and
+    passes are those of the first. report : a plain dict (docs/manual/report.md).
     passes : of `scene.hybrid.passes`, by name in small letters, (height, width) or (height, width, 3); none where the
              tracer was not called.
     """

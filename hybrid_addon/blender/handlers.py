@@ -13,10 +13,11 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import preview, session
+from .errors import HybridError
 from .pipeline import eevee_shadows, note, others_handlers, scene_setup, trace_scenes, traced_objects, transmission
 from .pipeline.fingerprint import Fingerprint, fingerprint
 from .pipeline.guard import guard
-from .render import growing, images, retrace
+from .render import growing, images, multilayer, retrace
 from .ui import defaults, messages
 from .ui.image_editor import insets, picker, slots
 from .view_layers import hand_over_properties
@@ -212,6 +213,16 @@ def _frame_begins(scene: bpy.types.Scene, *_args: Any) -> None:
 
 
 @persistent
+def _written(scene: bpy.types.Scene, *_args: Any) -> None:
+    """Blender has written a picture."""
+    own = session.of(scene.name)
+    try:
+        multilayer.written(scene, own.began)
+    except HybridError as error:
+        own.fail(error)
+
+
+@persistent
 def _frame_ends(scene: bpy.types.Scene, *_args: Any) -> None:
     others_handlers.frame_ends()
     session.of(scene.name).end_frame()
@@ -239,6 +250,7 @@ _HANDLERS: tuple[tuple[str, Callable[..., None]], ...] = (
     ("render_init", _before_render),
     ("render_pre", _frame_begins),
     ("render_post", _frame_ends),
+    ("render_write", _written),
     ("render_complete", _render_ends),
     ("render_cancel", _render_ends),
 )

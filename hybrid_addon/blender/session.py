@@ -156,6 +156,7 @@ class Session:
     caches         : for the next render (`caches_of`).
     snapshot       : the scene as it was when its last render began.
     eevee_halves   : what a retrace goes over, by the names of the hybrid view layers.
+    began          : when the frame began, on time.time()'s clock.
     retracing      : whether the next render takes EEVEE's half from there (render/retrace.py).
     casting        : names of objects that keep EEVEE's shadows because something shows them that is not ray traced.
     """
@@ -172,6 +173,7 @@ class Session:
     casting: list[str] = field(default_factory=list)
     slot: int = -1
     kept: dict[int, Frame] = field(default_factory=dict)
+    began: float = 0.0
     _start: Clock | None = None  # when the frame began
     _delivered: Clock | None = None  # when the engine had done its part
     _sampled: float | None = None  # when the last sample was taken
@@ -185,6 +187,7 @@ class Session:
         self.slot = slot
         self.frame = self.error = self._delivered = self.so_far = None
         self.frames = {}
+        self.began = time.time()
         self._start = Clock()
 
     def fail(self, error: Exception) -> None:

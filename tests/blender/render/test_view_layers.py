@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import time
+
 import bpy
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ import pytest
 import hybrid_addon as hybrid
 from hybrid_addon.blender import session, view_layers
 from hybrid_addon.blender.pipeline import nodes, scene_setup, trace_scenes
+from hybrid_addon.blender.render import images, multilayer
 from tests.blender.kit import empty_scene, nodes_of
 
 pytestmark = [pytest.mark.blender, pytest.mark.render]
@@ -67,6 +70,8 @@ def layered():
     for b_object in ticked:
         hybrid.mark(b_object)
     hybrid.enable(scene)
+    scene.hybrid.passes = {"DEPTH"}
+    scene.view_layers[0].use_pass_z = True
     result = hybrid.render(scene)
     return scene, result, dict(session.of(scene.name).frames)
 
@@ -86,6 +91,28 @@ def test_each_layer_has_its_own_halves(layered):
             np.testing.assert_array_equal(frame.mask[_pixels(place)], float(place in shown[name]))
     assert set(result.report["layers"]) == {"Front", "Back"}
     np.testing.assert_allclose(result.image, frames["Front"].raster + frames["Front"].traced, atol=1e-6)
+
+
+def test_a_multilayer_file_has_the_hybrid_picture_and_no_layer_of_ours(layered, tmp_path):
+    """As Blender writes it in an animation, and then tells `render_write`."""
+    scene, _, frames = layered
+    scene.render.filepath = str(tmp_path / "frame_")
+    path = scene.render.frame_path(frame=scene.frame_current)
+    with images.image_settings(scene, "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER", "32"):
+        path = scene.render.frame_path(frame=scene.frame_current)
+        bpy.data.images["Render Result"].save_render(path, scene=scene)
+        before = images.read_exr(path)
+        multilayer.written(scene, time.time())
+    after = images.read_exr(path)
+    masks = {name for name in before if name.startswith("Hybrid Mask")}
+    own = {f"{layer}.{name}" for layer in frames for name in ("Mask", "Raster", "Traced")}
+    assert masks and after.keys() == before.keys() - masks | own | {"Front.Traced Depth", "Back.Depth"}
+    for layer, frame in frames.items():
+        np.testing.assert_array_equal(after[f"{layer}.Combined"], frame.raster + frame.traced)
+        np.testing.assert_array_equal(after[f"{layer}.Mask"][..., 0], frame.mask)
+    np.testing.assert_array_equal(after["Front.Depth"], before["Front.Depth"])
+    picture = bpy.data.images.load(path)
+    assert len(picture.pixels) == 0 and picture.type == "MULTILAYER"  # Blender reads it
 
 
 def test_the_user_keeps_his_layers_and_collections(layered):

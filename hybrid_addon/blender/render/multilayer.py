@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Multilayer EXR files that Blender writes of a hybrid scene: Combined is the hybrid picture, and no layer is ours.
+
+Blender writes its render's layers as EEVEE drew them, the mask layers among them. No handler and no engine reaches the
+pixels of another engine's layers. So a file that has just been written is written again: all of its channels and
+attributes as they are, but for Combined, without the mask layers, and with both halves, mask and data passes.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ...scene import Float32
+from .. import files, session
+from ..errors import HybridError
+from ..pipeline import scene_setup
+from ..session import Frame
+from ..view_layers import mask_layers
+from .images import place
+from .passes import CHANNELS, pass_name
+
+CLOCK_STEP = 2.0
+"""Seconds: of the coarsest clock that a file system has (FAT)."""
+
+
+def written(scene: bpy.types.Scene, since: float) -> None:
+    """Blender has written a picture of this scene. since : when the frame began, on time.time()'s clock."""
+    if scene.render.image_settings.file_format != "OPEN_EXR_MULTILAYER" or not scene_setup.is_active(scene):
+        return
+    plain = bpy.path.abspath(scene.render.filepath)  # of a single picture, without a number
+    paths = map(Path, (scene.render.frame_path(frame=scene.frame_current), plain, f"{plain}.exr"))
+    fresh = [path for path in paths if path.is_file() and path.stat().st_mtime >= since - CLOCK_STEP]
+    if fresh:
+        masks = [layer.name for layer in mask_layers(scene)]
+        rewrite(max(fresh, key=lambda path: path.stat().st_mtime), session.of(scene.name).frames, masks)
+
+
+def rewrite(path: Path, frames: Mapping[str, Frame], masks: list[str]) -> None:
+    """Put the halves of these frames, by the names of their layers, into a multilayer EXR, without the layers `masks`.
+
+    Raises HybridError where the file cannot be read or written; it is whole then, as Blender wrote it.
+    """
+    ours = tuple(f"{mask}." for mask in masks)
+    kept = [
+        _without(part, ours)
+        for part in _read(path)
+        if not ours or not all(n.startswith(ours) for n in part[0].channelnames)
+    ]
+    if not kept:
+        raise HybridError(f"'{path}' has no layer but ours")
+    there = {channel.rpartition(".")[0] for spec, _ in kept for channel in spec.channelnames}
+    for layer, frame in frames.items():
+        for spec, pixels in kept:
+            for plane, letter in zip(_picture(frame, pixels.shape[:2]), "RGBA", strict=True):
+                name = f"{layer}.Combined.{letter}"
+                if name in spec.channelnames:
+                    pixels[..., spec.channelnames.index(name)] = plane
+        for name, plane in _planes(frame).items():
+            letters = {1: "X", 3: CHANNELS.get(name.upper(), "RGB"), 4: "RGBA"}[plane.shape[-1]]
+            own = f"{layer}.Traced {name}" if f"{layer}.{name}" in there else f"{layer}.{name}"
+            kept = _add(kept, own, letters, plane, frame.window)
+    _write(path, kept)
+
+
+Part = tuple[Any, Float32]  # a spec of OpenImageIO, and pixels (h, w, channels), top row first
+
+
+def _picture(frame: Frame, size: tuple[int, int]) -> Float32:
+    """(4, h, w) of both halves, top row first."""
+    whole = frame.traced if frame.raster is None else frame.raster + frame.traced
+    return np.ascontiguousarray(place(whole, frame.window, size)[::-1].transpose(2, 0, 1))
+
+
+def _planes(frame: Frame) -> dict[str, Float32]:
+    """What comes beside the picture, (h, w, channels) each, by name."""
+    found = {"Traced": frame.traced, "Mask": frame.mask[..., None]}
+    if frame.raster is not None:
+        found["Raster"] = frame.raster
+    for name, pixels in frame.passes.items():
+        found[pass_name(name)] = pixels[..., None] if pixels.ndim == 2 else pixels
+    return found
+
+
+def _add(kept: list[Part], name: str, letters: str, pixels: Float32, window: tuple[int, int, int, int]) -> list[Part]:
+    """One more pass: a part of its own where each pass has one, else channels of the only part."""
+    spec, first = kept[0]
+    plane = np.ascontiguousarray(place(pixels, window, first.shape[:2])[::-1])
+    channels = [f"{name}.{letter}" for letter in letters]
+    if len(kept) > 1:
+        new = spec.copy()
+        new.nchannels, new.channelnames, new.channelformats = len(channels), channels, ()
+        new.alpha_channel = new.z_channel = -1
+        new.attribute("oiio:subimagename", name)
+        new.attribute("name", name)
+        return [*kept, (new, plane)]
+    formats = list(spec.channelformats) or [spec.format] * spec.nchannels
+    new = spec.copy()
+    new.nchannels += len(channels)
+    new.channelnames = [*spec.channelnames, *channels]
+    new.channelformats = [*formats, *[spec.format] * len(channels)]
+    return [(new, np.concatenate([first, plane], axis=-1))]
+
+
+def _without(part: Part, ours: tuple[str, ...]) -> Part:
+    """A part without the channels whose names begin so."""
+    spec, pixels = part
+    wanted = [i for i, name in enumerate(spec.channelnames) if not ours or not name.startswith(ours)]
+    if len(wanted) == spec.nchannels:
+        return spec, pixels
+    new = spec.copy()
+    new.nchannels, new.channelnames = len(wanted), [spec.channelnames[i] for i in wanted]
+    new.channelformats = [spec.channelformats[i] for i in wanted] if spec.channelformats else ()
+    new.alpha_channel = new.z_channel = -1
+    return new, np.ascontiguousarray(pixels[..., wanted])
+
+
+def _read(path: Path) -> list[Part]:
+    import OpenImageIO as oiio
+
+    source = oiio.ImageInput.open(os.fspath(path))
+    if source is None:
+        raise HybridError(f"cannot read '{path}': {oiio.geterror()}")
+    found: list[Part] = []
+    try:
+        while source.seek_subimage(len(found), 0):
+            spec = source.spec()
+            pixels = source.read_image(len(found), 0, 0, spec.nchannels, "float")
+            if pixels is None:
+                raise HybridError(f"cannot read '{path}': {source.geterror()}")
+            found.append((spec.copy(), np.asarray(pixels, np.float32)))
+    finally:
+        source.close()
+    return found
+
+
+def _write(path: Path, parts: list[Part]) -> None:
+    import OpenImageIO as oiio
+
+    with files.atomic(path) as temporary:
+        output = oiio.ImageOutput.create(temporary)
+        if output is None or not output.open(temporary, tuple(spec for spec, _ in parts)):
+            raise HybridError(f"cannot write '{path}': {output.geterror() if output else oiio.geterror()}")
+        for number, (spec, pixels) in enumerate(parts):
+            if number and not output.open(temporary, spec, "AppendSubimage"):
+                raise HybridError(f"cannot write '{path}': {output.geterror()}")
+            if not output.write_image(pixels):
+                raise HybridError(f"cannot write '{path}': {output.geterror()}")
+        if not output.close():
+            raise HybridError(f"cannot write '{path}': {output.geterror()}")
