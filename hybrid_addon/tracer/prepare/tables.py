@@ -97,6 +97,8 @@ def _enclosed(scene: Scene, surfaces: SurfaceTable) -> Bools | None:
         if instance.mesh not in known:
             known[instance.mesh] = closed_by_number(scene.meshes[instance.mesh].triangles.astype(np.intp))
         found[number] = known[instance.mesh]
+    for number, ball in enumerate(scene.spheres, len(scene.instances)):
+        found[number] = ball.surface in worn
     return found if found.any() else None
 
 
