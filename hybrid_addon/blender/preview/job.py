@@ -133,7 +133,7 @@ class Job:
             return Picture(np.zeros((1, 1, 4), np.float32), (0, 0, 1, 1), "")
         top, bottom, left, right = rows[0], rows[-1] + 1, columns[0], columns[-1] + 1
         part, alpha = radiance[top:bottom, left:right], coverage[top:bottom, left:right, None]
-        pixels = np.concatenate([self.display.encode(part) * alpha, alpha], axis=2)
+        pixels = np.concatenate([self.display.encode_by_table(part) * alpha, alpha], axis=2)
         rect = tuple(int(n) * step for n in (x0 + left, y0 + top, x0 + right, y0 + bottom))
         label = f"{samples if step == 1 else 0}/{self.settings.samples}" + (f" (1:{step})" if step > 1 else "")
         return Picture(np.ascontiguousarray(pixels, np.float32), cast(Rect, rect), label)

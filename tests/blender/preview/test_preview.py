@@ -86,6 +86,24 @@ def test_colours_are_those_that_blender_saves(scene, tmp_path, transform, look):
     np.testing.assert_allclose(Display.of(scene).encode(radiance), values.reshape(16, 16, 4)[..., :3], atol=1.5 / 255)
 
 
+@pytest.mark.parametrize(("transform", "most"), [("AgX", 6), ("Filmic", 6), ("Standard", 0.5)])
+def test_colours_by_table_are_those_of_the_transform(scene, monkeypatch, transform, most):
+    """From 2^-12 to 1000 in each channel, whatever exposure and gamma; most: of 255. The transform is built once."""
+    scene.view_settings.view_transform, scene.view_settings.look = transform, "None"
+    scene.view_settings.exposure, scene.view_settings.gamma = 0.5, 1.2
+    radiance = np.exp2(np.random.default_rng(1).uniform(-12, 9, (64, 64, 3))).astype(np.float32)
+    display = Display.of(scene)
+    exact, found = display.encode(radiance), display.encode_by_table(radiance)
+    difference = np.abs(found - exact).max(axis=2) * 255
+    assert np.percentile(difference, 99) < min(most, 2) and difference.max() < most
+    monkeypatch.setattr(Display, "encode", None)
+    np.testing.assert_array_equal(display.encode_by_table(radiance[:1]), found[:1])
+    strange = np.array([[[np.nan, -1.0, 1.0], [np.inf, 1e9, 5000.0]]], np.float32)
+    np.testing.assert_array_equal(
+        display.encode_by_table(strange), display.encode_by_table(np.clip(np.nan_to_num(strange), 0, 1023.0))
+    )
+
+
 def translated(scene, view):
     scene.hybrid.samples = 4
     bpy.data.objects["Cube"].hybrid.ray_traced = True

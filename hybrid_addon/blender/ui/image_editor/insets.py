@@ -129,7 +129,7 @@ def _draw_growing(context: bpy.types.Context, so_far: SoFar) -> None:
     if so_far.picture is not None:
         display, last = Display.of(context.scene), _drawn.growing
         if last is None or last[0] is not so_far.picture or last[1] != display:
-            shown = display.encode(so_far.picture)
+            shown = display.encode_by_table(so_far.picture)
             pixels = np.dstack([shown, np.ones_like(shown[..., :1])])
             last = _drawn.growing = (so_far.picture, display, pixels, rectangle, _quad(pixels, rectangle))
         elif last[3] != rectangle:
