@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from hybrid_addon.scene import Closure, Expression, PointLight, Settings, Sphere, SunLight, Surface, Texture, World
 from hybrid_addon.tracer import trace
-from hybrid_addon.tracer.core.constants import FAINT
 
 TINY = 1e-9  # float64: scenes are about 10 m, errors about 1e-15 of that
 
@@ -144,29 +143,11 @@ class Oracle:
         result = sum(w * self.answer(c, k, p, n, entering, d, depth, inside) for w, c in closures(self.surfaces[k]))
         return result * self.absorbed(inside, t)
 
-    def let_in(self, k):
-        """Of the world's and of lamps' diffuse light, what gets into the body of a triangle or ball."""
-        through, kept, straight, bent, matte = np.zeros((5, 3))
-        for w, c in closures(self.surfaces[k]):
-            f0, glass = ((c.ior - 1) / (c.ior + 1)) ** 2, w * (1 - c.reflectivity) * (1 - c.opacity)
-            mean = 0 if c.ior == 1 else f0 + (1 - f0) / 21
-            back = min(max(1 - (1 - mean) / c.ior**2, 0), 1)
-            tint = glass * np.array(c.transmission_tint)
-            through, straight = through + tint * (1 - back), straight + tint * (1 - mean)
-            bent = bent + tint * (1 - mean) / max(c.ior, 1) ** 2
-            matte = matte + w * (1 - c.reflectivity) * c.opacity * np.array(c.base_color)
-            kept = kept + w * c.reflectivity * np.array(c.reflection_tint) + glass * back
-        if not through.any() or not matte.any():
-            return 1, 1
-        with np.errstate(all="ignore"):
-            return np.minimum(through / np.maximum(1 - kept - matte, FAINT), 1), np.where(straight, bent / straight, 1)
-
     def answer(self, s, k, p, n, entering, d, depth, inside):
         """What one closure sends back along d."""
         cos, color = -(n @ d), self.color(k, p, s.base_color)
         result = np.array(s.emission, float)
-        from_world, from_lamps = self.let_in(k) if not entering and self.size[self.body[k]] is not None else (1, 1)
-        local = s.ambient * color * self.scene.world.radiance * from_world
+        local = s.ambient * color * self.scene.world.radiance
         for light in self.scene.lights:
             if isinstance(light, SunLight):
                 wi, distance, strength = np.array(light.direction), np.inf, np.array(light.irradiance)
@@ -177,7 +158,7 @@ class Oracle:
                 wi, strength = to / distance, np.array(light.intensity) / (distance**2 + light.radius**2)
             if n @ wi > 0:
                 visible = self.visible(p + n * TINY, wi, distance, inside)
-                local = local + s.diffuse * color / np.pi * strength * (n @ wi) * visible * from_lamps
+                local = local + s.diffuse * color / np.pi * strength * (n @ wi) * visible
         result += (1 - s.reflectivity) * s.opacity * local
         body = self.body[k]
         beyond = self.across(inside, body, entering)

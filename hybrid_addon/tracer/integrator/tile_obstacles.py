@@ -60,7 +60,6 @@ def _obstacles(scene: CompiledScene, seen: PrimitiveSet, aovs: list[str]) -> Ite
         "translucent surfaces": bool(table.translucent.any()),
         "brushed surfaces": bool(table.brushed.any()),
         "light from below surfaces": bool(table.scatters.any()),
-        "insides of closed bodies": g.enclosed is not None and bool((table.let_in != 1).any()),
         "layers that vary": bool((table.layered & ~table.tabulated.known).any()),
         "a very wide lens": is_wide(scene.camera),
     }

@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...expressions import ATTRIBUTE_WIDTHS, expressions_of, reads
-from ...scene import BLACK, WHITE, Closure, Expression, Float32, Float64, Plane, Scene, Sphere, Surface
+from ...scene import BLACK, WHITE, Expression, Float32, Float64, Plane, Scene, Sphere, Surface
 from ..core.constants import FAINT, MIRROR_ROUGHNESS, TRACED_ROUGHNESS
 from .columns import NOT_CROSSED, Columns, plain_columns
 from .dispersion import CHANNELS, dispersed, is_dispersive
-from .enclosure import let_in
 from .fields import VARIABLE, Fields, constants, known_fields
 from .tabulated import Tabulated
 
@@ -94,16 +93,6 @@ class SurfaceTable:
         closures = self.transmits & self.straight & (self.closure_count == 0)
         result: Bools = np.bincount(self.owner, closures, minlength=len(self.owner)) > 0
         return result
-
-    @cached_property
-    def let_in(self) -> Float32:
-        """(2, 3, s) of the world's and of lamps' light, what gets into closed bodies (see `enclosure`); 1 where all
-        does, or where it is not known."""
-        found = np.ones((2, 3, len(self.surfaces)))
-        for number in np.unique(self.owner[self.transmits & (self.closure_count == 0)]).tolist():
-            parts = self.surfaces[number].closures or (Closure(1.0, self.surfaces[number]),)
-            found[..., self.owner == number] = let_in(parts)[..., None]
-        return found.astype(np.float32)
 
     @cached_property
     def mixes_glass(self) -> bool:

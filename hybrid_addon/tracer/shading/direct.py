@@ -96,19 +96,18 @@ def _light_on(
     """
     if scene.surfaces.translucent.any():
         hit = hit.turned(hit.table.translucent.take(hit.surface))
-    plan, color, within = scene.plan, hit.value("base_color"), _let_in(scene, hit)
+    plan, color = scene.plan, hit.value("base_color")
     radiance = np.zeros(color.shape, np.float32)
     lit = np.zeros(len(hit.prim), np.uint32) if asks_lit else None
     unknown: list[NDArray[np.intp]] = []
     # Light of the world, which has a limit of its own.
     if plan.ambient:
-        _add_ambient(scene, hit, color, radiance, stats, only_diffuse, within)
+        _add_ambient(scene, hit, color, radiance, stats, only_diffuse)
         radiance *= np.float32(scene.arriving.indirect)
     ambient = radiance.copy() if np.isfinite(scene.arriving.direct_limit) else None
     # Light of lamps.
     if plan.diffuse or plan.specular:
         diffuse = color * (hit.value("diffuse") * INVERSE_PI)
-        diffuse = diffuse if within is None else diffuse * within[1]
         glossy = _glossy(hit) if plan.specular and not only_diffuse else []
         receivers = _Receivers(hit, hit.point.astype(np.float32), diffuse, glossy, only_diffuse)
         origins = Origins(scene.geometry, hit)
@@ -212,18 +211,15 @@ def _add_lit(
 
 
 def _add_ambient(
-    scene: CompiledScene, hit: Interaction, color: Float32, radiance: Float32, stats: Stats, only_diffuse: bool,
-    within: Float32 | None,
-) -> None:  # fmt: skip
+    scene: CompiledScene, hit: Interaction, color: Float32, radiance: Float32, stats: Stats, only_diffuse: bool
+) -> None:
     """Add the light of the world: what is diffuse, and its blurred image in the reflections that no ray follows.
 
-    color : (3, n), base_color of the hits.   within : see `_let_in`.
+    color : (3, n), base_color of the hits.
     """
     lit = select(hit.table.shades_ambient.take(hit.surface))
     if count(lit, len(hit.prim)):
         color = take(color, lit) * hit.value("ambient", lit)
-        if within is not None:
-            color *= take(within[0], lit)
         color = color * scene.world.irradiance_over_pi(take(hit.n_shading, lit))
         if scene.occluders is not None and hit.draws is not None:
             color *= open_share(scene, scene.occluders, hit, lit, stats)
@@ -240,19 +236,6 @@ def _add_ambient(
             wide = hit.value(f"{name}_roughness", index)
             image = scene.world.glossy(mirrored(take(wo, rough), take(n, rough), wide), wide)
             add(radiance, index, take(weight, rough) * image)
-
-
-def _let_in(scene: CompiledScene, hit: Interaction) -> Float32 | None:
-    """(2, 3, n) of the world's and of lamps' light, what gets to hits: to insides of bodies through their walls.
-
-    None: all of it.
-    """
-    enclosed, table = scene.geometry.enclosed, hit.table
-    if enclosed is None:
-        return None
-    within = enclosed.take(scene.geometry.object.take(hit.prim)) & ~hit.entering
-    within &= ~table.translucent.take(hit.surface)
-    return np.where(within, table.let_in.take(hit.surface, axis=2), np.float32(1)) if within.any() else None
 
 
 def _glossy(hit: Interaction) -> list[tuple[Index, Float32, Lobe | BrushedLobe]]:

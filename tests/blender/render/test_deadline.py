@@ -24,7 +24,7 @@ def clock(monkeypatch):
             return {"wall": now.seconds - self.wall, "cpu": 0.0}
 
     monkeypatch.setattr(session, "Clock", Stopped)
-    monkeypatch.setattr(session, "time", SimpleNamespace(perf_counter=lambda: now.seconds))
+    monkeypatch.setattr(session, "time", SimpleNamespace(perf_counter=lambda: now.seconds, time=lambda: now.seconds))
     return now
 
 
@@ -34,7 +34,7 @@ def frame(pixels):
 
 
 def test_without_a_budget_there_is_no_deadline(clock):
-    assert session.Session().deadline(0.0, 100) == np.inf
+    assert session.Session().deadline(0.0, 100, 1) == np.inf
 
 
 def test_the_budget_pays_for_what_comes_after_tracing(clock):
@@ -42,14 +42,24 @@ def test_the_budget_pays_for_what_comes_after_tracing(clock):
     pixels, scene = 1_000_000, session.Session()
     scene.begin_frame()
     clock.seconds += 2.0  # exported and drawn
-    assert scene.deadline(10.0, pixels) == pytest.approx(1000 + 10 - session.FIRST_TAIL * pixels)
+    assert scene.deadline(10.0, pixels, 1) == pytest.approx(1000 + 10 - session.FIRST_TAIL * pixels)
     clock.seconds += 5.0
     scene.sampled(ago=0.5)
-    scene.deliver(frame(pixels))
+    scene.deliver(frame(pixels), "View Layer")
     clock.seconds += 1.0  # composited
     scene.end_frame()
     assert scene.frame.report["time"]["composite"]["wall"] == 1.0
     scene.begin_frame()
-    assert scene.deadline(10.0, pixels) == pytest.approx(1008 + 10 - 1.5)
-    assert scene.deadline(10.0, 2 * pixels) == pytest.approx(1008 + 10 - 3.0)
-    assert scene.deadline(10.0, 1) == pytest.approx(1008 + 10 - session.SHORTEST_TAIL)
+    assert scene.deadline(10.0, pixels, 1) == pytest.approx(1008 + 10 - 1.5)
+    assert scene.deadline(10.0, 2 * pixels, 1) == pytest.approx(1008 + 10 - 3.0)
+    assert scene.deadline(10.0, 1, 1) == pytest.approx(1008 + 10 - session.SHORTEST_TAIL)
+
+
+def test_parts_share_the_time_that_is_left(clock):
+    scene = session.Session()
+    scene.begin_frame()
+    whole = scene.deadline(12.0, 1, 1) - clock.seconds
+    assert scene.deadline(12.0, 1, 3) == pytest.approx(clock.seconds + whole / 3)
+    clock.seconds += 2.0
+    scene.deliver(frame(1), "first")
+    assert scene.deadline(12.0, 1, 3) == pytest.approx(clock.seconds + (whole - 2) / 2)

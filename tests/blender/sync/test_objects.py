@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender.render.settings import body_warnings
 from hybrid_addon.blender.sync import Warnings, translate
 from hybrid_addon.scene import Settings
 from hybrid_addon.tracer import trace
-from tests.blender.kit import nodes_of
 
 pytestmark = pytest.mark.blender
 
@@ -252,18 +250,6 @@ def test_what_is_visible_but_not_traced_is_named_and_the_rest_is_not(scene):
         "object 'Sphere': rough reflections of ray traced objects show the world instead of it",
         "object 'Cube': Holdout is not traced; it is solid in reflections",
     }
-
-
-def test_translucent_bodies_are_named_but_not_sheets(scene):
-    """A sheet is lit from its other side; inside a closed body no lamp outside lights that."""
-    material = bpy.data.materials.new("Paper")
-    nodes = nodes_of(material).nodes
-    shader = nodes.new("ShaderNodeBsdfTranslucent")
-    material.node_tree.links.new(shader.outputs[0], nodes["Material Output"].inputs["Surface"])
-    bpy.data.objects["Cube"].active_material = material
-    bpy.ops.mesh.primitive_plane_add()
-    bpy.context.object.active_material = material
-    assert [said.partition(":")[0] for said in body_warnings(translation(scene).scene)] == ["'Cube'"]
 
 
 def test_an_object_without_material_is_blenders_grey(scene):

@@ -99,7 +99,7 @@ def test_each_slot_of_the_render_result_keeps_its_halves(scene, monkeypatch):
     own, of = session.of(scene.name), growing.frame_of(scene)
     for slot, value in ((0, 0.25), (1, 1e9)):
         own.begin_frame(slot)
-        own.deliver(rendered(of, value))
+        own.deliver(rendered(of, value), "View Layer")
     for slot, value in ((0, 0.25), (1, 1e9)):
         monkeypatch.setattr(slots, "active", lambda slot=slot: slot)
         found = slots.frame_shown(scene)
@@ -110,7 +110,7 @@ def test_each_slot_of_the_render_result_keeps_its_halves(scene, monkeypatch):
     assert np.isfinite(own.kept[1].traced).all()  # in half precision
     own.begin_frame(0)  # EEVEE alone, or stopped: what was there is gone
     assert slots.frame_shown(scene) is None and own.frame_in(1) is not None
-    own.deliver(rendered((1, 2, 3), 0.5))  # of another size
+    own.deliver(rendered((1, 2, 3), 0.5), "View Layer")  # of another size
     assert slots.frame_shown(scene) is None
 
 
