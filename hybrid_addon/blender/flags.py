@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import bpy
 
-from .instancing import shared
+from .instancing import not_held_out_in_copies
 
 
 class Flags:
@@ -23,7 +23,7 @@ class Flags:
             ob for owner in (scene, *sets) for collection in flagged_collections(owner) for ob in collection.all_objects
         }  # with all that lies in collections below
         of_sets = {ob for b_set in sets for ob in b_set.objects}.difference(scene.objects if sets else ())
-        self._shared_of_sets = of_sets and of_sets & shared({*of_sets, *scene.objects})
+        self._shared_of_sets = of_sets and of_sets & not_held_out_in_copies({*of_sets, *scene.objects})
 
     def is_ray_traced(self, b_object: bpy.types.Object) -> bool:
         """Of an object of the scene, original or evaluated."""

@@ -44,6 +44,13 @@ def shared(b_objects: Iterable[bpy.types.Object]) -> set[bpy.types.Object]:
     return found
 
 
+def not_held_out_in_copies(b_objects: Iterable[bpy.types.Object]) -> set[bpy.types.Object]:
+    """Those that cannot be held out in the evaluated copies that a render has of them: they show others, or are shown
+    by others, or are linked, whose copies `foreach_set` leaves as they are."""
+    b_objects = list(b_objects)
+    return shared(b_objects) | {b_object for b_object in b_objects if b_object.library is not None}
+
+
 def _instanced(b_object: bpy.types.Object) -> list[bpy.types.ID]:
     """What an object shows beside itself: objects, collections, node groups."""
     found: list[Any] = list(b_object.children) if b_object.instance_type in {"VERTS", "FACES"} else []

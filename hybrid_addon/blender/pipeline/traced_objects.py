@@ -3,8 +3,9 @@
 
 An object is held out in the evaluated copy that one render of a mask layer has of it, which Blender throws away with
 it: nothing of the user's data is written to, and objects of background scenes have one, too. But an instance has the
-flag of the object that it shows, whoever shows it, and the collections of its instancer. So what shows others, or is
-shown by others, is held out by a collection of ours in that layer.
+flag of the object that it shows, whoever shows it, and the collections of its instancer; and Blender does not let
+copies of linked objects be written to at once. So what shows others, is shown by others, or is linked is held out by a
+collection of ours in that layer.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from __future__ import annotations
 import bpy
 
 from ..flags import Flags, background_sets
-from ..instancing import shared
+from ..instancing import not_held_out_in_copies
 from ..sync.messages import Warnings
 from ..view_layers import MASK_MARK, imitated_by, rendered_layers
 
@@ -53,9 +54,9 @@ def ray_traced_objects(scene: bpy.types.Scene, layer: bpy.types.ViewLayer | None
 
 
 def held_out_by_collection(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
-    """The ray traced objects of a layer that show others, or that others show."""
-    entangled = shared(scene.objects)
-    return [b_object for b_object in ray_traced_objects(scene, layer) if b_object in entangled]
+    """The ray traced objects of a layer that show others, that others show, or that are linked."""
+    others = not_held_out_in_copies(scene.objects)
+    return [b_object for b_object in ray_traced_objects(scene, layer) if b_object in others]
 
 
 def hold_out(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
@@ -65,7 +66,7 @@ def hold_out(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     wanted = set[bpy.types.Object]()
     if MASK_MARK in depsgraph.view_layer:
         wanted = set(ray_traced_objects(scene, imitated_by(scene, depsgraph.view_layer)))
-        wanted = wanted and wanted - shared(scene.objects)
+        wanted = wanted and wanted - not_held_out_in_copies(scene.objects)
     if wanted or scene.render.use_persistent_data:
         b_objects = [b_object.original for b_object in depsgraph.objects]
         # An assignment would have Blender evaluate all again, without its handlers: `foreach_set` tags nothing.
@@ -77,7 +78,7 @@ def missed(scene: bpy.types.Scene) -> list[str]:
     told = Warnings()
     for ob in (ob for ob in Flags(scene).missed() if not ob.hide_render):
         told.add(
-            f"object {ob.name!r} of background scene {scene.background_set.name!r} instances others, or is instanced: "
-            f"only EEVEE draws it; link it to scene {scene.name!r} to have it ray traced"
+            f"object {ob.name!r} of background scene {scene.background_set.name!r} instances others, is instanced, or "
+            f"is linked: only EEVEE draws it; link it to scene {scene.name!r} to have it ray traced"
         )
     return list(told)

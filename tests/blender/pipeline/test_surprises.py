@@ -55,6 +55,8 @@ def test_linked_things_may_have_the_names_of_local_ones(scene, tmp_path):
     }  # which lies in the scene's other collection
     mask = {layer.collection: layer.exclude for layer in scene_setup.mask_layer(scene).layer_collection.children}
     assert (mask[glasses], mask[linked]) == (True, False)
+    (own,) = scene_setup.own_collections(scene)  # the copies of linked objects cannot be held out
+    assert set(own.objects) == set(linked.objects)
 
 
 GIVEN = {"reflectivity": 0.25, "opacity": 0.125, "ior": 1.375, "surface": "CUSTOM"}

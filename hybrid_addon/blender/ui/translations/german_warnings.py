@@ -98,10 +98,10 @@ WARNINGS = {
     "object {}: instances that are not ray traced, too, keep EEVEE's shadow for all": (
         "Objekt {}: auch Instanzen ohne Raytracing: für alle bleibt EEVEEs Schatten"
     ),
-    "object {} of background scene {} instances others, or is instanced: only EEVEE draws it; link it to scene {} to "
-    "have it ray traced": (
-        "Objekt {} der Hintergrundszene {} instanziert andere oder wird instanziert: nur EEVEE zeichnet es; mit Szene "
-        "{} verknüpfen, um es zu verfolgen"
+    "object {} of background scene {} instances others, is instanced, or is linked: only EEVEE draws it; link it to "
+    "scene {} to have it ray traced": (
+        "Objekt {} der Hintergrundszene {} instanziert andere, wird instanziert oder ist verknüpft: nur EEVEE zeichnet "
+        "es; mit Szene {} verknüpfen, um es zu verfolgen"
     ),
     "camera {}: its type {} is Cycles' alone; drawn as Perspective, as EEVEE draws it": (
         "Kamera {}: ihren Typ {} kennt nur Cycles; perspektivisch gezeichnet, wie von EEVEE"
