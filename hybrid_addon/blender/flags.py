@@ -23,7 +23,7 @@ class Flags:
             ob for owner in (scene, *sets) for collection in flagged_collections(owner) for ob in collection.all_objects
         }  # with all that lies in collections below
         of_sets = {ob for b_set in sets for ob in b_set.objects}.difference(scene.objects if sets else ())
-        self._shared_of_sets = of_sets and of_sets & not_held_out_in_copies({*of_sets, *scene.objects})
+        self._left_to_eevee = of_sets and of_sets & not_held_out_in_copies({*of_sets, *scene.objects})
 
     def is_ray_traced(self, b_object: bpy.types.Object) -> bool:
         """Of an object of the scene, original or evaluated."""
@@ -31,14 +31,14 @@ class Flags:
         hybrid = getattr(b_object, "hybrid", None)  # the translator also works without the add-on
         if hybrid is None or b_object.type == "META":
             return False  # metaballs have no skin in a scene that has them as its background set: EEVEE draws them
-        return self._is_flagged(b_object) and b_object not in self._shared_of_sets
+        return self._is_flagged(b_object) and b_object not in self._left_to_eevee
 
     def missed(self) -> list[bpy.types.Object]:
-        """The ticked objects of background scenes that cannot be: others show them, or they show others.
+        """The ticked objects of background scenes that cannot be: shown by others, showing others, or linked.
 
         EEVEE holds out an instance with its instancer only where that is in a collection of the scene's own view layer.
         """
-        return sorted(filter(self._is_flagged, self._shared_of_sets), key=lambda b_object: b_object.name_full)
+        return sorted(filter(self._is_flagged, self._left_to_eevee), key=lambda b_object: b_object.name_full)
 
     def _is_flagged(self, b_object: bpy.types.Object) -> bool:
         hybrid = b_object.hybrid

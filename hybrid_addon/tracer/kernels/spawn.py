@@ -28,24 +28,29 @@ def unit(x: Any, y: Any, z: Any, one: Any) -> Any:
     return x * scale, y * scale, z * scale
 
 
+@helper
+def fresnel_of(cosine: Any, eta: Any, zero: Any, half: Any, one: Any) -> Any:
+    """fresnel.fresnel_dielectric, of one hit; the constants have its type."""
+    c = clip(cosine, zero, one)
+    k = (eta - one) * (eta + one)
+    g = np.sqrt(largest(c * c + k, zero))
+    s2, cg = (one - c) * (one + c), c * g
+    g += c
+    g *= g
+    rs = k / g
+    rp = rs * (cg - s2) / (cg + s2)
+    reflectance = half * (rs * rs + rp * rp)
+    reflectance = reflectance if reflectance > zero else zero
+    return reflectance if reflectance < one else one
+
+
 @kernel("procedural.fresnel.fresnel_dielectric", [(f4[1], f4[1]), (f8[1], f8[1])])
 def fresnel_dielectric(cos_i: Array, eta: Array) -> Array:
     """See there."""
-    n = len(cos_i)
     zero, half, one = cos_i.dtype.type(0), cos_i.dtype.type(0.5), cos_i.dtype.type(1)
-    result = np.empty(n, cos_i.dtype)
-    for i in range(n):
-        c, e = clip(cos_i[i], zero, one), eta[i]
-        k = (e - one) * (e + one)
-        g = np.sqrt(largest(c * c + k, zero))
-        s2, cg = (one - c) * (one + c), c * g
-        g += c
-        g *= g
-        rs = k / g
-        rp = rs * (cg - s2) / (cg + s2)
-        reflectance = half * (rs * rs + rp * rp)
-        reflectance = reflectance if reflectance > zero else zero
-        result[i] = reflectance if reflectance < one else one
+    result = np.empty(len(cos_i), cos_i.dtype)
+    for i in range(len(cos_i)):
+        result[i] = fresnel_of(cos_i[i], eta[i], zero, half, one)
     return result
 
 

@@ -15,7 +15,7 @@ from ...film.samples import LOT
 from ...materials.columns import ROWS
 from ...media import nested
 from .. import sampler, spawn, sums
-from ..declare import clip, helper, largest, largest_component, stage
+from ..declare import clip, helper, largest_component, stage
 from . import records as of
 
 F, D, U = np.float32, np.float64, np.uint32
@@ -30,22 +30,6 @@ hash32, permute, units = sampler.hash32, sampler.permute, sums.units
 R2_X, SCALE = sampler.R2_X, sampler.SCALE
 mirror_directions, refracted_directions = stage(spawn.mirror_directions), stage(spawn.refracted_directions)
 candidates, lightest, follow_all = stage(sums.candidates), stage(sums.lightest), stage(sums.follow_all)
-
-
-@helper
-def fresnel_of(cosine, eta, zero, half, one):
-    """fresnel.fresnel_dielectric."""
-    c = clip(cosine, zero, one)
-    k = (eta - one) * (eta + one)
-    g = np.sqrt(largest(c * c + k, zero))
-    s2, cg = (one - c) * (one + c), c * g
-    g += c
-    g *= g
-    rs = k / g
-    rp = rs * (cg - s2) / (cg + s2)
-    reflectance = half * (rs * rs + rp * rp)
-    reflectance = reflectance if reflectance > zero else zero
-    return reflectance if reflectance < one else one
 
 
 @helper
@@ -88,7 +72,7 @@ def share_out(skins, media, prim, surface, place, share, throughput, entering, c
             eta[i] = relative_index(
                 stack, i, media.rank[prim[i]] if len(media.rank) else 0, skins.ior[s], entering[i], media.ior
             )
-            f = F(fresnel_of(cos_i[i], eta[i], 0.0, 0.5, 1.0))
+            f = F(spawn.fresnel_of(cos_i[i], eta[i], 0.0, 0.5, 1.0))
         back = interface * f
         on = interface * (ONE - f if not skins.flags[of.GLOSSLESS, s] or f >= ONE else ONE)
         for c in range(3):

@@ -13,13 +13,14 @@ import numpy as np
 from ...core import constants
 from ...core.rays import REFLECTED_RAY
 from ..declare import dot, inlined, largest, largest_component, stage
+from ..spawn import fresnel_of
 from . import records as of
 from .highlights import spot_factor
 from .hits import nearest, occluded_of, take3
 from .images import dimmed
 from .lamps import shadow_directions, square
 from .skins import color_of, places, tint
-from .spawn import INTERFACE, TINT, fresnel_of, note
+from .spawn import INTERFACE, TINT, note
 
 F, D = np.float32, np.float64
 ZERO, HALF, ONE, INF = F(0), F(0.5), F(1), F(np.inf)
