@@ -19,6 +19,7 @@ class Quality:
     adaptive: float
     rough_samples: int = 1
     shadow_samples: int = 1
+    denoise: bool = False  # an estimate, without a bound of its error: to be chosen beside a preset
 
     def values(self) -> dict[str, float]:
         """Setting -> value."""

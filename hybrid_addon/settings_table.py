@@ -175,6 +175,11 @@ SCENE = (
         flag="contrast; 0: all samples everywhere",
     ),
     Setting(
+        "denoise", "BOOL", False, "Denoise",
+        "Denoise what is random, and nothing else: light of rough surfaces, soft shadows, occlusion, fog, lens blur",
+        group="QUALITY", flag="denoise rough reflections, soft shadows and other random light, nothing else",
+    ),
+    Setting(
         "time_budget", "FLOAT", 0.0, "Time Limit",
         "Seconds for a frame, EEVEE included. If they are short, samples go first; 0 is no limit",
         group="QUALITY", low=0.0, soft_high=3600.0, step=100, unit="TIME_ABSOLUTE", on=60.0,

@@ -49,6 +49,7 @@ def frame_report(
         "counts": dict(counts),
         "time": {**(film.time if film else {}), **{phase: dict(seconds) for phase, seconds in time.items()}},
         "memory": dict(film.memory) if film else {},
+        "denoising": dict(film.denoising) if film else {},
         "hits": dict(film.hits) if film else {},
         "rays": dict(film.rays) if film else dict(EMPTY_RAYS),
         "skipped": [*map(dict, skipped), *(film.skipped if film else [])],
@@ -80,4 +81,6 @@ def summary(report: Mapping[str, Any]) -> tuple[str, str]:
     rmse = "" if sampling.get("rmse") is None else f", sampling error about {sampling['rmse']:.2g}"
     late = any("time budget" in entry["why"] for entry in report["skipped"])
     begin = f"In time: {sampling['samples_mean']:.1f} samples" if late else "No warnings"
+    if report["denoising"].get("pixels"):
+        return first, f"{begin}; denoised: no bound of the error there"
     return first, f"{begin}; cut-off error at most {report['error']['bound_max']:.2g}{rmse}"

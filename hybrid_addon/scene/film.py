@@ -50,6 +50,9 @@ class Settings:
                     take one. 0 = rough surfaces mirror sharply.
     occlusion_samples : rays for each hit that the world lights, to find how much of it is hidden; 0 = it is in sight.
     occlusion_distance : metres, > 0; what is further away hides nothing.
+    denoise       : light that came by random choices is denoised, where there is a denoiser (`film.denoised`); nothing
+                    else changes. With `fill` off the film is a part of a picture: it keeps what that needs in its
+                    passes, and is not denoised.
     adaptive      : 0 = all samples in every pixel; else pixels stop at 2 whose samples and neighbours agree in what
                     they met and, within this contrast, in colour, and at 8, 16, ... where, within it, the halves of
                     their samples and their neighbours' agree. What brings less than this share does not count.
@@ -84,6 +87,11 @@ class Settings:
     raster_shadows: bool = False
     caustics: Literal["NONE", "SIMPLE", "PHOTONS"] = "NONE"
     photons: int = 1 << 19
+    denoise: bool = False
+
+
+NOTHING_RANDOM = "no light is random"
+"""Why nothing was denoised where nothing had to be (`Film.denoising`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +121,9 @@ class Film:
                  each object, by its number in `Scene.names`, the throughput that Max Bounces ended there.
     memory     : bytes by what for, of `trace` alone: "peak" of the process since it began (None: unknown), "meshes",
                  "geometry", "search_trees" (estimated), "film", "textures"; "by_texture", by name, the largest first.
+    denoising  : {} where nobody asked; else "pixels", how many have light that was denoised, so that no error bound
+                 holds there; "why_not", "" or why there are none; and if there are, "library", its version, "wall" and
+                 "cpu" seconds, and "bytes", by which the process' peak has grown (None: unknown).
     """
 
     radiance: Float32
@@ -130,3 +141,4 @@ class Film:
     hits: dict[str, int] = field(default_factory=dict)
     ended: dict[str, object] = field(default_factory=dict)
     memory: dict[str, object] = field(default_factory=dict)
+    denoising: dict[str, object] = field(default_factory=dict)

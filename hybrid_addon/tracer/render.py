@@ -18,13 +18,14 @@ from .core.cache import SceneCache
 from .core.constants import FILL_SAMPLES
 from .core.stats import Stats
 from .film import ended_rays
+from .film.denoised import denoised
 from .film.picture import ResolvedImage
-from .film.samples import SEEN_THROUGH, wanted_aovs
+from .film.samples import SEEN_THROUGH, resolved_aovs
 from .film.so_far import Show
 from .kernels import loading
 from .parallel.pool import zeros_for
 from .prepare.compiled import CompiledScene
-from .prepare.footprint import taken
+from .prepare.footprint import longest_strip, taken
 from .prepare.validate import validate
 from .sampling.aovs import depth_and_normal, seen_through
 from .sampling.passes import Cancelled, Pass, Passes, Progress
@@ -90,6 +91,8 @@ def trace(
         compiled = _compiled(scene, settings, mask, cache)
     try:
         film = _render(compiled, mask, progress, deadline, building, show)
+        if settings.denoise and settings.fill:
+            film = denoised(film, settings.threads, partial(_go_on, progress, 1.0))
         return replace(film, memory=taken(scene, compiled.geometry, _arrays(film)))
     finally:
         if cache is not None:
@@ -137,9 +140,7 @@ def _render(
     shape = y1 - y0, x1 - x0
     mask = None if mask is None else np.asarray(mask, np.float32)
 
-    def report(fraction: float) -> None:
-        if progress is not None and progress(fraction) is False:
-            raise Cancelled("tracing was cancelled")
+    report = partial(_go_on, progress)
 
     # Shadows and caustics of ray traced objects on all others; first, so that a time budget has time for them.
     shadow, light = _work_on_raster(scene, mask, stats, deadline, partial(report, 0.0))
@@ -153,10 +154,10 @@ def _render(
     # The picture, strip by strip.
     only_ray_traced = mask is not None and settings.camera_sees == "RAY_TRACED"
     image = ResolvedImage.zeros(
-        shape[0] * shape[1], only_ray_traced, wanted_aovs(settings), "samples" in settings.passes, zeros_for(settings)
+        shape[0] * shape[1], only_ray_traced, resolved_aovs(settings), "samples" in settings.passes, zeros_for(settings)
     )
     wanted, developing, sampled = None if mask is None else mask != 0, 0.0, []
-    for strip in strips_of(shape[1], shape[0], wanted):
+    for strip in strips_of(shape[1], shape[0], wanted, longest_strip(settings) if settings.denoise else None):
         until = strip.deadline(deadline, time.perf_counter())
         with Passes(shadowed, strip.reports(progress), wanted, strip.rows, until, image, show) as passes:
             sampling, seconds = _trace_strip(passes, mask)
@@ -188,6 +189,12 @@ def _render(
         hits={name: stats.counts[name] for name in ("backed", "not_backed")},
         ended=ended_rays.found(stats),
     )
+
+
+def _go_on(progress: Progress | None, fraction: float) -> None:
+    """Tell how far we are; raises Cancelled if that is no longer wanted."""
+    if progress is not None and progress(fraction) is False:
+        raise Cancelled("tracing was cancelled")
 
 
 # ------------------------------------------------------------------------------------------------ stages

@@ -29,7 +29,7 @@ from ..pipeline import compositor_setup, eevee_shadows, evaluated, others_handle
 from ..session import Frame, Half
 from ..view_layers import in_work, part, source_layers
 from . import abort, eevee_half, growing, motion_blur, passes, retrace
-from .settings import public_settings, tracer_settings, with_background
+from .settings import denoising_warnings, find_denoiser, public_settings, tracer_settings, with_background
 
 Progress = Callable[[str, float], bool]
 Window = tuple[int, int, int, int]
@@ -179,6 +179,7 @@ def trace_frame(
         )
 
     settings, seen_through = with_background(tracer_settings(scene), scene, traced_scene, drawn is not None)
+    find_denoiser()
     _going_on(progress, "Building")
     pixels, parts = (window[2] - window[0]) * (window[3] - window[1]), len(source_layers(scene))
     deadline = own.deadline(scene.hybrid.time_budget, pixels, parts)
@@ -221,6 +222,7 @@ def trace_frame(
             *(*scene_warnings(scene), *motion_blur.warnings(scene, settings.samples), *seen_through),
             *translation.warnings,
             *budget_warnings(scene, timing, film),
+            *denoising_warnings(film),
             *ended_warnings(
                 film.ended, settings, traced_scene.names, float(np.mean(cover != 0)) if cover.size else 0.0
             ),

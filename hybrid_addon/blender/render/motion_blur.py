@@ -97,6 +97,8 @@ def trace_moments(
     translated : the scene as it is then, in the tracer's words.
     trace    : `tracer.trace` of it, which takes mask and cache by itself.
     """
+    from ...tracer import Cancelled
+    from ...tracer.film.denoised import denoised
     from ...tracer.film.shutter import OpenShutter
 
     film = OpenShutter()
@@ -111,7 +113,15 @@ def trace_moments(
         until = now + (deadline - now) * (stop - start) / (len(times) - start) if deadline < math.inf else deadline
         found = trace(translation.scene, part, progress=told, deadline=until)
         film.add(found, stop - start, middle=start <= len(times) // 2 < stop)
-    return film.result(None if mask is None else mask != 0, settings.camera_sees == "RAY_TRACED")
+    result = film.result(None if mask is None else mask != 0, settings.camera_sees == "RAY_TRACED")
+    if not settings.denoise:
+        return result
+
+    def check() -> None:
+        if not progress(1.0):
+            raise Cancelled
+
+    return denoised(result, settings.threads, check)
 
 
 def _runs(

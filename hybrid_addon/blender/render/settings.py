@@ -6,11 +6,13 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
 import bpy
 
-from ...scene import Fog, Scene, Settings
+from ...scene import Film, Fog, Scene, Settings
+from ...scene.film import NOTHING_RANDOM
 from ...settings_table import RENDER
 from ..pipeline import scene_setup
 
@@ -45,6 +47,7 @@ def preview_settings(scene: bpy.types.Scene) -> Settings:
         transparent=False,
         raster_shadows=False,
         passes=frozenset(),
+        denoise=False,
         threads=threads,
         processes=False,
     )
@@ -80,6 +83,21 @@ def with_background(
     if any(not medium.is_nothing for medium in traced.fog.media):
         warnings.append("fog lies about see-through ray traced surfaces: what is behind them is too bright or too dark")
     return replace(settings, passes=settings.passes | {"background", "passed"}), warnings
+
+
+def find_denoiser() -> None:
+    """Tell the tracer where Blender keeps Open Image Denoise: beside its module, or by system in lib (Linux),
+    blender.shared (Windows) or Contents/Resources/lib (macOS)."""
+    from ...tracer.film.denoiser import look_in
+
+    homes = [Path(bpy.__file__).parent, *([Path(bpy.app.binary_path).parent] if bpy.app.binary_path else [])]
+    look_in(home / inner for home in homes for inner in ("", "lib", "blender.shared", "../Resources/lib"))
+
+
+def denoising_warnings(film: Film) -> list[str]:
+    """Whether a picture that was to be denoised is not."""
+    why = film.denoising.get("why_not", "")
+    return [f"not denoised: {why}"] if why and why != NOTHING_RANDOM else []
 
 
 def body_warnings(traced: Scene) -> list[str]:

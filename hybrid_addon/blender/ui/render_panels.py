@@ -85,6 +85,7 @@ class HYBRID_RENDER_PT_rough(SettingsPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, settings = self.begin(context)
         field(layout, context, settings, "rough_samples")
+        field(layout, context, settings, "denoise")
 
 
 class HYBRID_RENDER_PT_shadows(SettingsPanel, bpy.types.Panel):

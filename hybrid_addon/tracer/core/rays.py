@@ -15,6 +15,9 @@ from .vectors import Array, Index, largest_component, take
 
 NO_BRANCH, REFLECTION, REFRACTION, BACKGROUND = np.uint8(0), np.uint8(1), np.uint8(2), np.uint8(3)
 
+WAY, DRAWN = 0, 1
+"""Rows of `Rays.branch`."""
+
 CAMERA_RAY, REFLECTED_RAY, TRANSMITTED_RAY, SHADOW_RAY = np.uint8(0), np.uint8(1), np.uint8(2), np.uint8(3)
 """Kinds of rays: by what bent them last. No wave has shadow rays; surfaces are told of them (see `RayState`)."""
 
@@ -45,9 +48,10 @@ class Rays:
                         lamps light everything.
     closure           : (rows, n) int32, the closure by which it was refracted into a solid, or MISS; or no rows, where
                         no surface refracts by more than one (see `closures_at`).
-    branch            : (rows, n) uint8, how it left the first surface: NO_BRANCH for camera rays, REFLECTION or
-                        REFRACTION (straight through included), BACKGROUND once a camera ray has gone straight on to
-                        what is not ray traced; or no rows.
+    branch            : (rows, n) uint8. Row WAY, how it left the first surface: NO_BRANCH for camera rays, REFLECTION
+                        or REFRACTION (straight through included), BACKGROUND once a camera ray has gone straight on to
+                        what is not ray traced. Row DRAWN, whether its way was drawn at random: 0 no, 1 by its last
+                        bounce for the first time, 2 before. Or the first alone, or no rows: nobody asks.
     history           : (4, n) float32, what Light Path asks besides: diffuse bounces (1 of photons, which light what a
                         diffuse surface shows), transmissions, whether the last bounce was as sharp as a mirror's,
                         metres since then, straight crossings included; or no rows, where no surface asks.
@@ -143,18 +147,18 @@ def camera_rays(
     sample: NDArray[np.intp],
     media: NDArray[np.int32] | None = None,
     signed: bool = False,
-    branched: bool = False,
+    branched: int = 0,
     linked: bool = False,
     mixed: bool = False,
     asked: bool = False,
 ) -> Rays:
-    """The first wave. signed, branched, linked, mixed, asked: paths, branches, receivers, closures and histories are
-    asked for."""
+    """The first wave. signed, linked, mixed, asked: paths, receivers, closures and histories are asked for; branched:
+    so many rows of branches."""
     n = origin.shape[1]
     path = np.zeros((int(signed), n), np.uint32)
     media = np.zeros((0, n), np.int32) if media is None else media
     none = np.zeros(n, np.int16)
-    branch = np.full((int(branched), n), NO_BRANCH)
+    branch = np.full((branched, n), NO_BRANCH)
     kind, receiver = np.full(n, CAMERA_RAY), np.full((int(linked), n), MISS)
     return Rays(
         origin, direction, np.ones((3, n), np.float32), sample, none, none, t_max, media, kind, np.zeros(n, bool),

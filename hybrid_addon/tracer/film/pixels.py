@@ -18,7 +18,7 @@ from ..core.vectors import Index, as_slice, evenly, flatnonzero, take, write
 from ..parallel.pool import Zeros
 from .adaptive_stats import AdaptiveStats, contrast
 from .filter import Grid, PixelFilter
-from .samples import LIGHT_AOVS, SampleBuffer
+from .samples import LIGHT_AOVS, UNFILTERED, SampleBuffer
 
 Bools = NDArray[np.bool_]
 Pixels = NDArray[np.intp]
@@ -143,13 +143,20 @@ class PixelBuffer:
         """
         sources = self._sources(pixels)
         sums, taken = self._gathered(sources, slice(None)), self._all_seen(sources)
+        own = {name: self.rows[name] for name in self.rows.keys() & UNFILTERED}
         seen = _or_one(sums[SEEN])
         with np.errstate(all="ignore"):
             light, lost = sums[RADIANCE] / seen, sums[RESIDUAL] / seen
             aovs = {name: np.nan_to_num(sums[rows] / seen, posinf=0, neginf=0) for name, rows in self.rows.items()}
+            aovs |= {UNFILTERED[name]: self._own(rows, pixels) for name, rows in own.items()}
             covered = sums[SEEN] / _or_one(taken)
         in_float32 = {name: aov.astype(np.float32) for name, aov in aovs.items()}
         return light.astype(np.float32), lost.astype(np.float32), in_float32, covered.astype(np.float32)
+
+    def _own(self, rows: slice, pixels: Pixels) -> Float32:
+        """Means (k, m) of the pixels' own samples; 0 where none counts, or they are not finite."""
+        given = self.given[0][:, as_slice(pixels)]
+        return np.nan_to_num(_quotient(given[rows], given[SEEN]), posinf=0, neginf=0)
 
     def seen(self, pixels: Pixels) -> Bools:
         """Whether any sample counts for pixels (m,)."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...accelerated import accelerated
 from ...scene import Float32, Float64, Settings
 from ..core.constants import BUDGET_UNIT, MAX_BRANCHES, MOST_RAYS, RAYS_AHEAD
-from ..core.rays import BACKGROUND, REFLECTION, REFRACTION
+from ..core.rays import BACKGROUND, DRAWN, REFLECTION, REFRACTION, WAY
 from ..core.sampler import Draws, Sampler
 from ..core.vectors import flatnonzero, largest_component
 from .branch_selection import draw
@@ -28,8 +28,22 @@ Numbers = NDArray[np.intp]
 LOT = np.uint32(0x51ED270B)
 """The dimension of the random numbers that choose among branches."""
 
-LIGHT_AOVS = {"reflection": 3, "refraction": 3, "raster_backed": 1, "background": 3, "passed": 3}
+LIGHT_AOVS = {
+    "reflection": 3, "refraction": 3, "raster_backed": 1, "background": 3, "passed": 3,
+    "drawn": 3, "drawn_weight": 3,  "drawn_unfiltered": 3, "drawn_weight_unfiltered": 3,
+    "shadowed": 3, "unshadowed": 3, "shadowed_unfiltered": 3, "unshadowed_unfiltered": 3,
+}  # fmt: skip
 """Light passes: AOVs that add up with the picture, and their channels."""
+
+UNFILTERED = {name: f"{name}_unfiltered" for name in ("drawn", "drawn_weight", "shadowed", "unshadowed")}
+"""Light passes that are also wanted of the pixels' own samples alone: a denoiser wants pixels that share none."""
+
+DRAWN_LIGHT = frozenset(name for name in LIGHT_AOVS if name.startswith("drawn"))
+"""Light passes of light that came by ways drawn at random (rough surfaces, fog, subsurface, a lens): the light, and
+what of it would arrive if each way brought radiance 1."""
+
+SHADOWED_LIGHT = frozenset(name for name in LIGHT_AOVS if "shadowed" in name)
+"""Light passes of light whose shadows are random, on ways that are not: as it arrives, and without these shadows."""
 
 BRANCHES = {"reflection": (REFLECTION,), "refraction": (REFRACTION, BACKGROUND), "background": (BACKGROUND,)}
 
@@ -39,9 +53,36 @@ SEEN_THROUGH = frozenset(("background", "passed"))
 
 
 def wanted_aovs(settings: Settings) -> list[str]:
-    """The light passes that are wanted, and those that come with them."""
-    wanted = LIGHT_AOVS.keys() & settings.passes
+    """The light passes that are wanted of samples, and those that come with them."""
+    wanted = LIGHT_AOVS.keys() & settings.passes - set(UNFILTERED.values())
     return sorted(wanted | SEEN_THROUGH if wanted & SEEN_THROUGH else wanted)
+
+
+def resolved_aovs(settings: Settings) -> list[str]:
+    """Those of the picture: also UNFILTERED ones."""
+    wanted = wanted_aovs(settings)
+    return [*wanted, *(UNFILTERED[name] for name in wanted if name in UNFILTERED)]
+
+
+def branch_rows(settings: Settings) -> int:
+    """How many rows of `Rays.branch` the light passes ask for."""
+    wanted = set(wanted_aovs(settings))
+    if wanted & (DRAWN_LIGHT | SHADOWED_LIGHT):
+        return DRAWN + 1
+    return 0 if BRANCHES.keys().isdisjoint(wanted) else WAY + 1
+
+
+def is_drawn(branch: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """(n,) whether light by these branches (2, n) came by a way drawn at random. Not the background's, which is taken
+    from the picture again as it is (`compositor.see_through`)."""
+    result: NDArray[np.bool_] = (branch[DRAWN] > 0) & (branch[WAY] != BACKGROUND)
+    return result
+
+
+def is_surely_seen(branch: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """(n,) whether nothing of the way is random so far, and what is now is to be told apart."""
+    result: NDArray[np.bool_] = (branch[DRAWN] == 0) & (branch[WAY] != BACKGROUND)
+    return result
 
 
 @dataclass(eq=False)
@@ -58,7 +99,7 @@ class SampleBuffer:
     aovs     : the light passes that are wanted, by name: "reflection" and "refraction" (3, n), the radiance that came
                by way of such a ray from the first surface; "raster_backed" (1, n), the throughput that ended at
                raster-backed hits; "background" and "passed" (3, n), the radiance of what is not ray traced and seen
-               straight through what is, and the throughput that it came by.
+               straight through what is, and the throughput that it came by; those of DRAWN_LIGHT and SHADOWED_LIGHT.
     first    : how many rays a camera ray may become at once, where it hits what is rough.
     sampler  : of the pixels; None: samples are told apart by their numbers alone.
     """
@@ -133,8 +174,24 @@ class SampleBuffer:
             return
         for name, numbers in BRANCHES.items():
             if name in self.aovs:
-                members = flatnonzero(np.isin(branch[0], numbers))
+                members = flatnonzero(np.isin(branch[WAY], numbers))
                 add_at(self.aovs[name], sample[members], contribution[:, members])
+        if "drawn" in self.aovs:
+            members = flatnonzero(is_drawn(branch))
+            self.add_drawn_light(sample[members], contribution[:, members])
+
+    def add_drawn_light(self, sample: Numbers, light: Float32) -> None:
+        """Note light (3, n), which has been added, that came by ways drawn at random."""
+        add_at(self.aovs["drawn"], sample, light)
+
+    def add_drawn(self, sample: Numbers, weight: Float32) -> None:
+        """Note the weights (3, n) of ways that are drawn at random from here on."""
+        add_at(self.aovs["drawn_weight"], sample, weight)
+
+    def add_shadowed(self, sample: Numbers, shadowed: Float32, unshadowed: Float32) -> None:
+        """Note light (3, n), which has been added, with its random shadows and without them."""
+        add_at(self.aovs["shadowed"], sample, shadowed)
+        add_at(self.aovs["unshadowed"], sample, unshadowed)
 
     def add_backed(self, sample: Numbers, throughput: Float32) -> None:
         """Note throughput (3, n) that raster-backed hits ended: its largest channel."""

@@ -23,12 +23,13 @@ from ...scene import Float32, Float64
 from ..core.rays import Rays
 from ..core.sampler import Draws, Sampler
 from ..core.stats import Stats
-from ..core.vectors import Array, dot, flatnonzero, normalize
+from ..core.vectors import ALL, Array, dot, flatnonzero, normalize
 from ..emitters.light import CompiledLight
 from ..film.samples import SampleBuffer
 from ..media.fog import CompiledFog, FogPath
 from ..media.nested import innermost
 from ..prepare.compiled import CompiledScene
+from ..shading.random_light import asks, note_light
 from ..shading.shadows import visibility
 
 Bools = NDArray[np.bool_]
@@ -87,7 +88,10 @@ def _through(
         radiance = path.glow(_ambient(scene, seen, path) if fog.sky else np.zeros((3, 1)))
         for light in scene.fog_lights:
             radiance += _scattered(scene, fog, light, seen, path, draws, stats)
-        sample_buffer.add_radiance(seen.sample, (seen.throughput * radiance).astype(np.float32), seen.branch)
+        glow = (seen.throughput * radiance).astype(np.float32)
+        sample_buffer.add_radiance(seen.sample, glow, seen.branch)
+        if asks(sample_buffer) and scene.fog_lights:
+            note_light(seen, ALL, glow, seen.throughput, sample_buffer)
     mean = left.mean(axis=0)
     left = np.where(drawn, np.where(mean > 0, left / np.where(mean > 0, mean, 1.0), 1.0), left)
     return replace(rays, throughput=(rays.throughput * left).astype(np.float32))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...scene import Float32
 from ..core.constants import LONGEST_WAVE
-from ..core.rays import BACKGROUND, Rays, concatenate, traceable
+from ..core.rays import BACKGROUND, WAY, Rays, concatenate, traceable
 from ..core.sampler import Sampler
 from ..core.stats import Stats
 from ..core.vectors import Index, add, count, flatnonzero, largest_component, no_brighter, select, take
@@ -31,6 +31,7 @@ from ..shading.direct import direct_light
 from ..shading.evaluate import surface_hits
 from ..shading.interaction import Interaction
 from ..shading.lamps import add_lamps
+from ..shading.random_light import asks_light, note_random, through_lens
 from ..shading.rough_transmission import through_rough_glass
 from ..shading.spawn import spawn
 from .fog import through_fog
@@ -94,6 +95,7 @@ def _trace_wave(
     if first_seen is not None:
         # Of the camera rays only those count that meet something the tracer is to show.
         rays, hits, hit = _count_camera_rays(scene, rays, hits, hit, sample_buffer)
+        rays = through_lens(scene.camera, scene.geometry.center, rays, hits, hit, sample_buffer)
 
     started = rays
 
@@ -229,12 +231,14 @@ def _mark_background(
     """The rays, of which those that went straight on from the camera to what is not ray traced have the branch
     BACKGROUND, as all that follow from them."""
     ends = rays.camera & ~(hit & scene.geometry.ray_traced.take(hits.prim, mode="wrap"))
-    ends &= rays.branch[0] != BACKGROUND
+    ends &= rays.branch[WAY] != BACKGROUND
     chosen = flatnonzero(ends)
     if len(chosen) == 0:
         return rays
     sample_buffer.add_passed(rays.sample[chosen], rays.throughput[:, chosen])
-    return replace(rays, branch=np.where(ends, BACKGROUND, rays.branch))
+    branch = rays.branch.copy()
+    branch[WAY, ends] = BACKGROUND
+    return replace(rays, branch=branch)
 
 
 def add_escaped(scene: CompiledScene, rays: Rays, escaped: Index, sample_buffer: SampleBuffer, stats: Stats) -> None:
@@ -281,6 +285,7 @@ def add_light(scene: CompiledScene, closures: ClosureHits, sample_buffer: Sample
     table, signatures = at.table, sample_buffer.signatures
     lit = None if signatures is None else np.zeros(len(rays), np.uint32)
     sent: list[tuple[Index, Float32]] = []  # by which hits, and the radiance
+    direct = None
     # What they emit.
     if scene.plan.emission:
         glowing = select(table.emits.take(at.surface))
@@ -293,12 +298,9 @@ def add_light(scene: CompiledScene, closures: ClosureHits, sample_buffer: Sample
             seen = at.take(shaded)
             local, sample = seen.value("local"), take(rays.sample, shaded)
             weight = take(rays.throughput, shaded) * local
-            cut = (
-                None
-                if sample_buffer.budget is None or not scene.plan.faint
-                else partial(_cut_light, weight, sample, sample_buffer)
-            )
-            direct = direct_light(scene, seen, stats, cut, lit is not None)
+            may_cut = sample_buffer.budget is not None and scene.plan.faint
+            cut = partial(_cut_light, weight, sample, sample_buffer) if may_cut else None
+            direct = direct_light(scene, seen, stats, cut, lit is not None, asks_light(sample_buffer))
             sent.append((shaded, local * direct.radiance))
             if len(direct.cut):
                 sample_buffer.add_residual(sample[direct.cut], largest_component(weight[:, direct.cut]))
@@ -314,6 +316,8 @@ def add_light(scene: CompiledScene, closures: ClosureHits, sample_buffer: Sample
         if dimming is not None:
             weighted *= take(dimming, index)
         sample_buffer.add_radiance(take(rays.sample, index), weighted, take(rays.branch, index))
+    if direct is not None:
+        note_random(rays, shaded, weight if dimming is None else weight * take(dimming, shaded), direct, sample_buffer)
     if signatures is not None and lit is not None:
         signatures.add_hits(rays, at.prim, at.face, at.entering, lit)
 

@@ -22,6 +22,7 @@ from ..core.stats import Stats
 from ..core.vectors import select
 from ..emitters.light import CompiledLight
 from ..emitters.screen_space import ScreenSpaceLookup
+from ..film.samples import DRAWN_LIGHT, SHADOWED_LIGHT
 from ..geometry.aggregate import PrimitiveSet
 from ..geometry.hits import Hits
 from ..geometry.trees import divides
@@ -99,6 +100,13 @@ class CompiledScene:
         self._make_sets()
         self.screen_space = self._backing(scene) if self.plan.screen_space else None
         self.plan = self._with_unchanged()
+        if settings.denoise:
+            plan, passes = self.plan, settings.passes
+            if plan.rough or plan.lit_fog or plan.probed or self.camera.lens is not None:
+                passes |= DRAWN_LIGHT
+            if plan.soft_shadows or plan.occlusion:
+                passes |= SHADOWED_LIGHT
+            self.settings = replace(settings, passes=passes)
 
     def _make_sets(self) -> None:
         g, table = self.geometry, self.surfaces
@@ -243,13 +251,13 @@ class CompiledScene:
         sample: NDArray[np.intp] | None = None,
         on_lens: tuple[Float64, Float64] | None = None,
         signed: bool = False,
-        branched: bool = False,
+        branched: int = 0,
     ) -> Rays:
         """Camera rays through film positions x, y (n,), in pixels of the full frame; some may not be traceable.
 
         stats  : what counts while the solids around the camera are looked for; None: they are not asked for.
         sample : (n,) which each belongs to; None: its own.   on_lens : see `generate_rays`.
-        signed, branched : their paths, or branches, are asked for (see `Rays`).
+        signed : their paths are asked for.   branched : so many rows of branches are (see `Rays`).
         """
         geometry, n = self.geometry, len(x)
         radius = geometry.bounds_radius if self.fog is None else max(geometry.bounds_radius, self.fog.radius)

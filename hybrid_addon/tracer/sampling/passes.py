@@ -28,7 +28,7 @@ from ..film.filter import Grid, PixelFilter
 from ..film.path_hash import Identities, Signatures
 from ..film.picture import ResolvedImage
 from ..film.pixels import PixelBuffer
-from ..film.samples import BRANCHES, SampleBuffer, wanted_aovs
+from ..film.samples import SampleBuffer, branch_rows, wanted_aovs
 from ..film.so_far import Show, so_far
 from ..geometry.aggregate import PrimitiveSet
 from ..integrator.tile_records import TileScene
@@ -291,7 +291,7 @@ class Passes:
         camera, count = self.scene.camera, work.count
         u, v = self._places(work)
         signed = work.signed or self.scene.plan.draws
-        branched = not BRANCHES.keys().isdisjoint(wanted_aovs(self.settings))
+        branched = branch_rows(self.settings)
         # Chunks of whole pixels, all of one size.
         longest = self.settings.chunk if self.scene.plan.secondary else -(-self.settings.chunk // WITHOUT_TREES)
         number = -(-len(pixels) * count // longest)

@@ -44,12 +44,15 @@ def _reported(progress: Progress, strip: Strip, fraction: float) -> bool:
     return progress(strip.before + strip.share * fraction)
 
 
-def strips_of(width: int, height: int, wanted: NDArray[np.bool_] | None) -> list[Strip]:
-    """The strips of a window in which `wanted` (h, w) pixels are traced; None: all."""
+def strips_of(width: int, height: int, wanted: NDArray[np.bool_] | None, longest: int | None = None) -> list[Strip]:
+    """The strips of a window in which `wanted` (h, w) pixels are traced; None: all.
+
+    longest : pixels to be traced in a strip at most; None: LONGEST_STRIP.
+    """
     of_row = np.full(height, width) if wanted is None else np.count_nonzero(wanted, axis=1)
     until = np.concatenate([[0], np.cumsum(of_row)])
     total = max(int(until[-1]), 1)
-    number = -(-total // LONGEST_STRIP)
+    number = -(-total // (longest or LONGEST_STRIP))
     cuts = np.searchsorted(until, np.arange(1, number) * (total / number), side="left")
     ends = [0, *np.unique(cuts[(cuts > 0) & (cuts < len(of_row))]).tolist(), len(of_row)]
     return [

@@ -22,7 +22,7 @@ from .interaction import Interaction
 from .ltc import BrushedLobe, LampLobe, Lobe, ggx_lobe
 from .occlusion import open_share
 from .scattering import above, mirrored, phong_light
-from .shadows import NOTHING, TOGETHER, Origins, visible_shares
+from .shadows import NOTHING, TOGETHER, Origins, points_asked, visible_shares
 from .subsurface import gathered, scatters
 
 PI, INVERSE_PI = np.float32(np.pi), np.float32(1 / np.pi)
@@ -54,32 +54,46 @@ class DirectLight:
     radiance : (3, n) float32, Llocal, seen along wo.
     cut      : (k,) intp, ascending: hits to which a shadow ray was not followed to its end.
     lit      : (n,) uint32, sum of the keys of the lights that reach each; None: nobody asks.
+    soft     : (2, 3, n) float32, of the radiance, what has random shadows: with these, and without; None: nobody asks.
+    spread   : hits (k,) whose light is that of random places of their bodies, and their albedos (3, k).
     """
 
     radiance: Float32
     cut: NDArray[np.intp]
     lit: NDArray[np.uint32] | None
+    soft: Float32 | None = None
+    spread: tuple[NDArray[np.intp], Float32] | None = None
 
 
 def direct_light(
-    scene: CompiledScene, hit: Interaction, stats: Stats, cut: Cut | None = None, asks_lit: bool = False
+    scene: CompiledScene,
+    hit: Interaction,
+    stats: Stats,
+    cut: Cut | None = None,
+    asks_lit: bool = False,
+    asks_random: bool = False,
 ) -> DirectLight:
     """The light of hits (n,), some of which may get theirs from elsewhere of their bodies (`subsurface`).
 
     cut : see `Cut`; None: no light is too faint.   asks_lit : which lights reach each hit is wanted.
+    asks_random : what of it is random is wanted.
     """
     index = scatters(scene, hit)
     if len(index) == 0:
-        return _light_on(scene, hit, stats, cut, asks_lit)
+        return _light_on(scene, hit, stats, cut, asks_lit, asks_random=asks_random)
     elsewhere, own = gathered(
         scene, hit.take(index), lambda place: _light_on(scene, place, stats, only_diffuse=True).radiance, stats
     )
     factors, whole = hit.values.factors, np.ones(hit.outer.shape, np.float32)
     whole[:, index] = own
     factors = {**factors, "base_color": factors.get("base_color", np.float32(1)) * whole}
-    found = _light_on(scene, replace(hit, values=replace(hit.values, factors=factors)), stats, cut, asks_lit)
+    own_light = replace(hit, values=replace(hit.values, factors=factors))
+    found = _light_on(scene, own_light, stats, cut, asks_lit, asks_random=asks_random)
     found.radiance[:, index] += elsewhere
-    return found
+    if found.soft is None:
+        return found
+    found.soft[:, :, index] = 0
+    return replace(found, spread=(index, hit.value("base_color", index)))
 
 
 def _light_on(
@@ -89,6 +103,7 @@ def _light_on(
     cut: Cut | None = None,
     asks_lit: bool = False,
     only_diffuse: bool = False,
+    asks_random: bool = False,
 ) -> DirectLight:
     """The light that falls on hits (n,). Surfaces shade on both sides: normals are on the side of wo.
 
@@ -99,12 +114,17 @@ def _light_on(
     plan, color = scene.plan, hit.value("base_color")
     radiance = np.zeros(color.shape, np.float32)
     lit = np.zeros(len(hit.prim), np.uint32) if asks_lit else None
+    soft = np.zeros((2, *color.shape), np.float32) if asks_random else None
     unknown: list[NDArray[np.intp]] = []
     # Light of the world, which has a limit of its own.
     if plan.ambient:
-        _add_ambient(scene, hit, color, radiance, stats, only_diffuse)
+        _add_ambient(scene, hit, color, radiance, soft, stats, only_diffuse)
         radiance *= np.float32(scene.arriving.indirect)
-    ambient = radiance.copy() if np.isfinite(scene.arriving.direct_limit) else None
+        if soft is not None:
+            soft *= np.float32(scene.arriving.indirect)
+    is_limited = np.isfinite(scene.arriving.direct_limit)
+    ambient = radiance.copy() if is_limited else None
+    occluded = soft.copy() if is_limited and soft is not None else None
     # Light of lamps.
     if plan.diffuse or plan.specular:
         diffuse = color * (hit.value("diffuse") * INVERSE_PI)
@@ -116,12 +136,15 @@ def _light_on(
         for light in scene.lights:
             asked.append(_lit_by(scene, receivers, light, stats, cut))
             if sum(map(len, asked)) > TOGETHER:
-                unknown += _add_lit(scene, hit, origins, asked, radiance, lit, stats)
+                unknown += _add_lit(scene, hit, origins, asked, radiance, lit, soft, stats)
                 asked = []
-        unknown += _add_lit(scene, hit, origins, asked, radiance, lit, stats)
+        unknown += _add_lit(scene, hit, origins, asked, radiance, lit, soft, stats)
     if ambient is not None:
         radiance = ambient + no_brighter(radiance - ambient, scene.arriving.direct_limit)
-    return DirectLight(radiance, np.unique(np.concatenate(unknown)) if unknown else NOTHING, lit)
+    if soft is not None and occluded is not None:  # each limited by itself: no more noise, and no more light
+        for part, world in zip(soft, occluded, strict=True):
+            part[...] = world + no_brighter(part - world, scene.arriving.direct_limit)
+    return DirectLight(radiance, np.unique(np.concatenate(unknown)) if unknown else NOTHING, lit, soft)
 
 
 @dataclass(eq=False)
@@ -189,9 +212,11 @@ def _add_lit(
     asked: list[_Lit],
     radiance: Float32,
     lit_by: NDArray[np.uint32] | None,
+    soft: Float32 | None,
     stats: Stats,
 ) -> list[NDArray[np.intp]]:
-    """Add what arrives of some lights, through all that is in between, to radiance (3, n); their keys to lit_by (n,).
+    """Add what arrives of some lights, through all that is in between, to radiance (3, n); their keys to lit_by (n,);
+    to soft (2, 3, n) see `DirectLight`.
 
     Returns the hits to which shadow rays were not followed to their ends.
     """
@@ -201,7 +226,12 @@ def _add_lit(
         wanted, chosen = lit.wanted, lit.arriving
         if lit.traces:
             visible, cut = next(shares)
+            told = soft is not None and points_asked(scene, hit, lit.light) > 0
+            if soft is not None and told:
+                add(soft[1], wanted, chosen)
             chosen *= visible
+            if soft is not None and told:
+                add(soft[0], wanted, chosen)
             if lit_by is not None:
                 lit_by[wanted] += lit.light.key * (visible > 0 if visible.ndim == 1 else (visible > 0).any(axis=0))
             if len(cut):
@@ -211,18 +241,23 @@ def _add_lit(
 
 
 def _add_ambient(
-    scene: CompiledScene, hit: Interaction, color: Float32, radiance: Float32, stats: Stats, only_diffuse: bool
-) -> None:
+    scene: CompiledScene, hit: Interaction, color: Float32, radiance: Float32, soft: Float32 | None, stats: Stats,
+    only_diffuse: bool,
+) -> None:  # fmt: skip
     """Add the light of the world: what is diffuse, and its blurred image in the reflections that no ray follows.
 
-    color : (3, n), base_color of the hits.
+    color : (3, n), base_color of the hits.   soft : (2, 3, n), see `DirectLight`.
     """
     lit = select(hit.table.shades_ambient.take(hit.surface))
     if count(lit, len(hit.prim)):
         color = take(color, lit) * hit.value("ambient", lit)
         color = color * scene.world.irradiance_over_pi(take(hit.n_shading, lit))
         if scene.occluders is not None and hit.draws is not None:
-            color *= open_share(scene, scene.occluders, hit, lit, stats)
+            share = open_share(scene, scene.occluders, hit, lit, stats)
+            if soft is not None:
+                add(soft[1], lit, color)
+                add(soft[0], lit, color * share)
+            color *= share
         add(radiance, lit, color)
     blurred = select(hit.table.blurs.take(hit.surface))
     if only_diffuse or count(blurred, len(hit.prim)) == 0:

@@ -89,7 +89,7 @@ def visible_shares(
     And to which of these hits (k,) a shadow ray was not followed to its end.
     """
     origins.work_out([wanted for _, wanted in asked])
-    squares = [_samples(scene, hit, light) for light, _ in asked]
+    squares = [points_asked(scene, hit, light) for light, _ in asked]
     beams = (
         beam
         for (light, wanted), n in zip(asked, squares, strict=True)
@@ -102,7 +102,7 @@ def visible_shares(
         yield mean, cut[0] if n <= 1 else np.concatenate(cut)
 
 
-def _samples(scene: CompiledScene, hit: Interaction, light: CompiledLight) -> int:
+def points_asked(scene: CompiledScene, hit: Interaction, light: CompiledLight) -> int:
     """To how many points of a light shadow rays go; 0: to its middle."""
     soft = hit.draws is not None and light.is_soft and scene.plan.soft_shadows
     return scene.settings.shadow_samples if soft else 0

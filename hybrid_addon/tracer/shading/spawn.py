@@ -11,10 +11,7 @@ from numpy.typing import NDArray
 from ...scene import Float32, Float64
 from ..core.constants import MAX_STRAIGHT_CROSSINGS, MIRROR_ROUGHNESS, MISS
 from ..core.rays import (
-    NO_BRANCH,
     REFLECTED_RAY,
-    REFLECTION,
-    REFRACTION,
     SHARP,
     TRANSMISSIONS,
     TRANSMITTED_RAY,
@@ -29,6 +26,7 @@ from ..film.samples import SampleBuffer
 from ..prepare.compiled import CompiledScene
 from .interaction import Interaction
 from .microfacets import are_blurred, roughen
+from .random_light import asks, child_branch, note_ways
 from .scattering import (
     both_faces,
     fresnel_dielectric,
@@ -52,6 +50,7 @@ class Split:
     bends : (n,) bool, a transmitted ray is refracted; otherwise it goes straight on and spends no bounce.
     cos_i, eta : (n,) float64, on the shading normal, where it bends.
     blurs : (n,) bool, its rays leave by microfacets, not as from a mirror.
+    drawn : (n,) bool, these were drawn at random; None: nobody asks.
     """
 
     reflected: Float32
@@ -61,6 +60,7 @@ class Split:
     cos_i: Float64
     eta: Float64
     blurs: Bools
+    drawn: Bools | None = None
 
     def scaled(self, factor: float) -> Split:
         """All that is mirrored or bent counts so many times."""
@@ -87,11 +87,17 @@ def spawn(
     if drawn is not None:
         reflected, transmitted = drawn.share(split.reflected, split.transmitted, split.bends)
         unlit = at.has_highlight & drawn.is_rough
-        split = replace(split, reflected=reflected, transmitted=transmitted, unlit=unlit, blurs=drawn.is_rough)
+        random = drawn.is_rough if asks(sample_buffer) else None
+        split = replace(
+            split, reflected=reflected, transmitted=transmitted, unlit=unlit, blurs=drawn.is_rough, drawn=random
+        )
     blurred = are_blurred(scene, at)
     if blurred is not None:
         split = _add_blurred(scene, rays, at, split, blurred, sample_buffer)
     split, reflect_too, transmit_too = _followed(scene, rays, at, split, sample_buffer, stats)
+    if drawn is not None and asks(sample_buffer):
+        weight = split.reflected * reflect_too + split.transmitted * (transmit_too & split.bends)
+        note_ways(rays, drawn.is_rough, weight, sample_buffer)
     return children(scene, rays, at, t, split, reflect_too, transmit_too, stats)
 
 
@@ -251,6 +257,7 @@ def _child(
 ) -> Rays:
     """Rays that the hits `index` bend, one bounce deeper. path_kind: REFLECTED or TRANSMITTED."""
     n, blurs = origin.shape[1], take(split.blurs, index)
+    drawn = None if split.drawn is None else take(split.drawn, index)
     weight = split.reflected if path_kind == REFLECTED else split.transmitted
     return Rays(
         origin=origin,
@@ -266,7 +273,7 @@ def _child(
         receiver=np.broadcast_to(take(at.prim, index).astype(np.int32), (len(rays.receiver), n)),
         closure=closure,
         path=child_path(take(rays.path, index), path_kind),
-        branch=_child_branch(take(rays.branch, index), path_kind),
+        branch=child_branch(take(rays.branch, index), path_kind, drawn),
         history=_child_history(take(rays.history, index), path_kind, blurs),
     )
 
@@ -279,12 +286,6 @@ def _child_history(history: Float32, kind: np.uint32, blurs: Bools) -> Float32:
     history[TRANSMISSIONS] += kind == TRANSMITTED
     history[SHARP], history[TRAVELLED] = ~blurs, 0
     return history
-
-
-def _child_branch(branch: NDArray[np.uint8], kind: np.uint32) -> NDArray[np.uint8]:
-    """Branches (rows, n) of new rays: the first surface decides."""
-    new = REFLECTION if kind == REFLECTED else REFRACTION
-    return np.where(branch == NO_BRANCH, new, branch)
 
 
 def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, stats: Stats) -> Rays:
@@ -336,7 +337,7 @@ def _straight(
         t_max=(take(rays.t_max, index) - take(t, index)).astype(np.float32),
         media=_beyond(scene, rays, at, index, stats),
         path=child_path(path, TRANSMITTED),
-        branch=_child_branch(branch, TRANSMITTED),
+        branch=child_branch(branch, TRANSMITTED),
         history=history,
     )
     stats.add("straight", len(on))

@@ -141,6 +141,10 @@ GERMAN = {
     "Seconds for a frame, EEVEE included. If they are short, samples go first; 0 is no limit": (
         "Sekunden für ein Bild samt EEVEE; was nicht hineinpasst, entfällt, Abtastwerte zuerst. 0 ist ohne Grenze"
     ),
+    "Denoise": "Entrauschen",
+    "Denoise what is random, and nothing else: light of rough surfaces, soft shadows, occlusion, fog, lens blur": (
+        "Entrauscht nur Zufälliges: Licht von Rauem, weiche Schatten, Verdeckung, Nebel, Unschärfe der Linse"
+    ),
     "Rough Samples": "Abtastwerte für Rauheit",
     "Rays per reflection and refraction of rough surfaces; 0 shows the blurred world, no objects": (
         "Strahlen für jede Spiegelung und Brechung von Rauem; 0 zeigt dort die Welt verschwommen, und keine Objekte"

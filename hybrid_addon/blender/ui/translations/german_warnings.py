@@ -44,6 +44,10 @@ SAYS = {
 """What becomes of a setting or an input that is not followed: the rest of a line that begins with its name."""
 
 WARNINGS = {
+    "not denoised: {}": "nicht entrauscht: {}",
+    "Open Image Denoise 2, which Blender ships, was not found": (
+        "Open Image Denoise 2, das Blender mitbringt, wurde nicht gefunden"
+    ),
     # what of the scene is not followed
     "{} of node {}": "{} von Node {}",
     "{} ({} such: {})": "{} ({} solche: {})",
