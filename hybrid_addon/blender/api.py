@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import bpy
@@ -19,10 +19,11 @@ from . import session
 from .errors import HybridError
 from .flags import why_not
 from .pipeline import opengl, scene_setup
-from .render import eevee_half, engine, images
+from .render import engine, images
 from .render import retrace as again
 from .render.settings import public_settings
 from .scan import advise, explain, plan
+from .view_layers import part_of, source_layers, views
 
 __all__ = [
     "HybridError", "HybridResult", "advise", "disable", "enable", "explain", "mark", "plan", "render", "retrace",
@@ -47,6 +48,7 @@ class HybridResult:
     passes are those of the first. report : a plain dict (docs/manual/report.md).
     passes : of `scene.hybrid.passes`, by name in small letters, (height, width) or (height, width, 3); none where the
              tracer was not called.
+    views  : with Stereoscopy the result of each view, by its name; this one is that of the first. Else empty.
     """
 
     image: Float32
@@ -55,6 +57,7 @@ class HybridResult:
     traced: Float32
     report: dict[str, Any]
     passes: dict[str, Float32] = field(default_factory=dict)
+    views: dict[str, HybridResult] = field(default_factory=dict)
 
 
 def mark(
@@ -188,7 +191,6 @@ def quality(preset: str | None) -> dict[str, float]:
 def check(scene: bpy.types.Scene) -> None:
     """Raise HybridError, before anything is rendered, for what would fail or mislead."""
     check_camera(scene, scene.camera)
-    eevee_half.refuse_stereo(scene)
     if scene_setup.effective_mode(scene) != "FULL":
         opengl.require()
 
@@ -262,11 +264,19 @@ def _overridden(
 
 def _collect(scene: bpy.types.Scene) -> HybridResult:
     planes = images.read_render_result(scene)
+    found = {view: _collect_view(scene, images.of_view(planes, view), view) for view in views(scene)}
+    first = next(iter(found.values()))
+    return first if "" in found else replace(first, views=found)
+
+
+def _collect_view(scene: bpy.types.Scene, planes: Mapping[str, Float32], view: str) -> HybridResult:
     image = planes.get("Composite.Combined")
     if image is None:
         raise RuntimeError("Blender's render gave no composite: it was cancelled")
     height, width = image.shape[:2]
     frame = session.of(scene.name).frame
+    if view:
+        frame = session.of(scene.name).frames.get(part_of(source_layers(scene)[0], view))
     if frame is None:  # RASTER mode, or nothing ray traced: the tracer was never called
         report = _raster_report(scene, (width, height))
         session.of(scene.name).report = report

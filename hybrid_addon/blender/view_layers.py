@@ -48,6 +48,48 @@ def copy_evaluation(scene: bpy.types.Scene, to: bpy.types.Scene) -> None:
         to.gravity = scene.gravity
 
 
+# ------------------------------------------------------------------------------------------------ views
+
+
+def views(scene: bpy.types.Scene) -> list[str]:
+    """The names of the views that Blender renders of a scene, in its order; [""] without Stereoscopy.
+
+    After BKE_scene_multiview_is_render_view_active (blenkernel/intern/scene.cc).
+    """
+    own = scene.render
+    names = [view.name for view in own.views if view.use] if own.use_multiview else []
+    if own.views_format == "STEREO_3D":
+        names = [name for name in names if name in {"left", "right"}]
+    return names or [""]
+
+
+def copy_views(scene: bpy.types.Scene, to: bpy.types.Scene) -> None:
+    """Let `to` render the views that `scene` does."""
+    set_(to.render, "use_multiview", scene.render.use_multiview)
+    if not scene.render.use_multiview:
+        return
+    set_(to.render, "views_format", scene.render.views_format)
+    for view in scene.render.views:
+        own = to.render.views.get(view.name) or to.render.views.new(view.name)
+        for name in ("use", "file_suffix", "camera_suffix"):
+            set_(own, name, getattr(view, name))
+    for own in [own for own in to.render.views if own.name not in scene.render.views]:
+        to.render.views.remove(own)
+
+
+def camera_in_work(scene: bpy.types.Scene) -> bpy.types.Object | None:
+    """The camera of the view in work: where each has one of its own, that of its suffix, if there is one.
+
+    After camera_multiview_advanced (blenkernel/intern/camera.cc): of several suffixes the longest one counts.
+    """
+    camera, view = scene.camera, scene.render.views.get(view_in_work())
+    if camera is None or view is None or scene.render.views_format != "MULTIVIEW":
+        return camera
+    fit = [each.camera_suffix for each in scene.render.views if camera.name.endswith(each.camera_suffix)]
+    stem = camera.name.removesuffix(max(fit, key=len)) if fit else None
+    return camera if stem is None else scene.objects.get(stem + view.camera_suffix, camera)
+
+
 # ------------------------------------------------------------------------------------------------ which layers
 
 
@@ -105,8 +147,12 @@ def view_in_work() -> str:
 
 def part(scene: bpy.types.Scene) -> str:
     """What the picture of the hybrid layer, and view, in work is called: "ViewLayer", "ViewLayer.left"."""
-    view = view_in_work()
-    return f"{_source(scene).name}.{view}" if view else _source(scene).name
+    return part_of(_source(scene), view_in_work())
+
+
+def part_of(layer: bpy.types.ViewLayer, view: str) -> str:
+    """The same of any layer, and view of it."""
+    return f"{layer.name}.{view}" if view else str(layer.name)
 
 
 def number_of(layer: bpy.types.ViewLayer) -> int:

@@ -305,8 +305,7 @@ def test_escape_cancels_at_once_and_leaves_nothing(blender: Blender, folder: Pat
     assert float(seconds) < 2.0, printed  # a second, and as much again for xdotool and a busy machine
     assert "KEPT: True" in printed and "LEFT: [] PIPELINE: True" in printed, printed
     told = dict(re.findall(r"^REASON (\w+) [\d.]+ (.*)$", printed, re.M))  # after so many seconds: read, not tested
-    for name, said in (("stereo", "ERROR Hybrid: Scene 'Scene' renders several views"),
-                       ("camera", "ERROR Hybrid: Scene 'Scene' looks through"),
+    for name, said in (("camera", "ERROR Hybrid: Scene 'Scene' looks through"),
                        ("embree", "ERROR Hybrid: Embree does not load"),
                        ("memory", "ERROR Hybrid: Not enough memory: film"),
                        ("warning", "WARNING Hybrid: 1 warning: see Report")):  # fmt: skip

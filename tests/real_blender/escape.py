@@ -100,7 +100,6 @@ def reasons() -> Iterator[float]:
     messages.say = lambda level, text, say=messages.say: (told.append((time.perf_counter(), level, text)),
                                                           say(level, text))  # fmt: skip
     for name, owner, changed, value in (
-        ("stereo", scene.render, "use_multiview", True),
         ("camera", scene, "camera", bpy.data.objects["Cube"]),
         ("embree", engine, "require_tracer", no_embree),
         ("memory", engine, "trace_frame", no_memory),

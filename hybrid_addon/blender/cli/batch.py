@@ -16,6 +16,8 @@ import bpy
 from .. import api, files
 from ..errors import HybridError
 from ..pipeline import scene_setup
+from ..render.images import paths_of, with_suffix
+from ..view_layers import views
 from . import frames
 from .common import say
 from .marks import find
@@ -44,7 +46,8 @@ class Shot:
     @property
     def finished(self) -> bool:
         """Whether all its files are there. They appear whole, and the picture last."""
-        return all(path.is_file() for path in (self.picture, *self.passes.values()))
+        passes = [with_suffix(path, self.scene, view) for path in self.passes.values() for view in views(self.scene)]
+        return all(path.is_file() for path in (*paths_of(self.picture, self.scene), *passes))
 
 
 def choose_scenes(active: bpy.types.Scene, names: Sequence[str] | None) -> list[bpy.types.Scene]:

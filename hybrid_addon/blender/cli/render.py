@@ -119,6 +119,8 @@ def _check_handoff(work: Sequence[batch.Shot], arguments: argparse.Namespace) ->
         raise HybridError("--handoff needs --passes DIR: the folder for the layers and composite.blend")
     if len({(shot.scene, shot.camera) for shot in work}) > 1:
         raise HybridError("--handoff writes one scene, seen by one camera: render the others by commands of their own")
+    if work[0].scene.render.use_multiview:
+        raise HybridError("--handoff writes one view: switch Stereoscopy off (Properties > Output), or leave it out")
     if min(shot.frame for shot in work) < 0:
         raise HybridError("--handoff needs frames from 0 on: Blender numbers no file of a sequence below 0")
 
@@ -148,8 +150,10 @@ def _render_shot(shot: batch.Shot, arguments: argparse.Namespace) -> dict[str, A
         resolution=arguments.resolution,
         **setting_flags.given(RENDER, arguments),
     )
-    for name, path in shot.passes.items():
-        plane = result.passes.get(name) if name not in batch.PASSES else getattr(result, name)
-        images.write_exr(path, np.zeros_like(result.mask) if plane is None else plane)
+    for view, own in (result.views or {"": result}).items():
+        for name, path in shot.passes.items():
+            plane = own.passes.get(name) if name not in batch.PASSES else getattr(own, name)
+            path = images.with_suffix(path, shot.scene, view)
+            images.write_exr(path, np.zeros_like(own.mask) if plane is None else plane)
     images.write_render_result(shot.picture, shot.scene)
     return result.report

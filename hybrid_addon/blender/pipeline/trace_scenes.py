@@ -22,6 +22,7 @@ import bpy
 from ..view_layers import (
     MASK_MARK,
     copy_evaluation,
+    copy_views,
     imitated_by,
     number_of,
     set_,
@@ -214,6 +215,7 @@ def _point(trace: bpy.types.Scene, scene: bpy.types.Scene | None) -> None:
     set_(trace, "camera", camera or _database.objects[trace.name])
     if scene is not None:
         copy_evaluation(scene, trace)
+        copy_views(scene, trace)
 
 
 def _marker_camera(scene: bpy.types.Scene) -> bpy.types.Object | None:

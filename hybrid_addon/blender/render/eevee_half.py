@@ -14,6 +14,7 @@ from ..flags import Flags
 from ..lines import draws_freestyle
 from ..pipeline import scene_setup
 from ..session import Half
+from ..view_layers import view_in_work
 from . import images
 from .motion_blur import is_blurred
 
@@ -30,7 +31,7 @@ def read(scene: bpy.types.Scene, window: Window, check: Callable[[], None]) -> H
     """What EEVEE has just drawn, over the window. Raises HybridError if the scene has no mask layer."""
     from ...compositor import mask_from_alpha
 
-    planes = images.read_render_result(scene, check)
+    planes = images.of_view(images.read_render_result(scene, check), view_in_work())
     mask_layer = scene_setup.mask_layer(scene)
     if mask_layer is None:
         raise HybridError(f"scene '{scene.name}' has no mask view layer: switch Hybrid off and on again")
@@ -44,12 +45,6 @@ def read(scene: bpy.types.Scene, window: Window, check: Callable[[], None]) -> H
     lines = None if lines is None or not draws_freestyle(scene) else _crop(lines, window)
     whole = _crop(planes[f"{source}.Combined"], window)[..., 3] if scene.render.film_transparent else None
     return Half(raster, mask_from_alpha(raster[..., 3], whole), depth, albedo, lines)
-
-
-def refuse_stereo(scene: bpy.types.Scene) -> None:
-    """Raise HybridError if several views are to be rendered, in any mode: there is one mask, and one traced picture."""
-    if scene.render.use_multiview:
-        raise HybridError(f"scene '{scene.name}' renders several views: switch Stereoscopy off (Properties > Output)")
 
 
 def without_sky(depth: Float32, camera: Camera) -> Float32:

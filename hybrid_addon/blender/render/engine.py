@@ -12,6 +12,7 @@ import platform
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import bpy
 import numpy as np
@@ -27,7 +28,8 @@ from ..errors import HybridError, TooLarge, require_tracer
 from ..flags import unsaved_overrides
 from ..pipeline import compositor_setup, eevee_shadows, evaluated, others_handlers, scene_setup, trace_scenes
 from ..session import Frame, Half
-from ..view_layers import in_work, part, source_layers
+from ..sync.camera import Eye
+from ..view_layers import in_work, part, source_layers, views
 from . import abort, eevee_half, growing, motion_blur, passes, retrace
 from .settings import denoising_warnings, find_denoiser, public_settings, tracer_settings, with_background
 
@@ -74,21 +76,30 @@ class HybridTracer(bpy.types.RenderEngine):
         except HybridError as error:
             self._fail(scene.name, error)
             return
-        with in_work(scene, trace_scenes.layer_of(depsgraph.scene, scene)):
-            self._render(scene, depsgraph)
-
-    def _render(self, scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-        from ...tracer import Cancelled
-
         for name, channels in passes.names(scene).items():
             self.add_pass(name, len(channels), channels)
+        layer = trace_scenes.layer_of(depsgraph.scene, scene)
+        for view in views(scene):
+            with in_work(scene, layer, view):
+                if not self._render(scene, depsgraph, view):
+                    break
+
+    def _render(self, scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, view: str) -> bool:
+        """Trace one view; "" is the only one. Whether there is a picture."""
+        from ...tracer import Cancelled
+
+        if view:
+            self.active_view_set(view)
         resolution = (self.resolution_x, self.resolution_y)
-        target = self.begin_result(0, 0, *resolution)
+        target = self.begin_result(0, 0, *resolution, view=view)
         delivered = False
         try:
             window = _window(scene, resolution, (target.resolution_x, target.resolution_y))
             self._grows = growing.begin(scene, window)
-            frame, film = trace_frame(scene, depsgraph, resolution, window, self._progress, self._evaluate, self._grows)
+            eye = self._eye if view else None
+            frame, film = trace_frame(
+                scene, depsgraph, resolution, window, self._progress, self._evaluate, self._grows, eye
+            )
             passes.deliver(target, frame, film)
             session.of(scene.name).deliver(frame, part(scene))
             delivered = True
@@ -104,6 +115,10 @@ class HybridTracer(bpy.types.RenderEngine):
             raise
         finally:
             self.end_result(target, cancel=not delivered)
+        return delivered
+
+    def _eye(self, b_camera: bpy.types.Object) -> tuple[Any, float]:
+        return self.camera_model_matrix(b_camera), self.camera_shift_x(b_camera)
 
     def _progress(self, phase: str, fraction: float) -> bool:
         left = "" if self._grows is None else self._grows.told(phase, fraction)
@@ -135,17 +150,18 @@ def trace_frame(
     progress: Progress,
     evaluate: Callable[[float], None],
     grows: growing.Growing | None = None,
+    eye: Eye | None = None,
 ) -> tuple[Frame, Film]:
     """Read the mask, translate, trace, premultiply: everything between EEVEE and the compositor.
 
     evaluate : has `depsgraph` show another frame, for motion blur.   grows : where to show the picture meanwhile.
+    eye : where the view in work has the camera; None: there is one view only.
     """
     from ...compositor import black_out, lay_over, light_up, premultiply, see_through, shade
     from ...tracer import trace
     from ...tracer.materials.textures import sample_texture
     from ..sync import translate
 
-    eevee_half.refuse_stereo(scene)
     own = session.of(scene.name)
     timing = {"raster": own.since_start()}
     mode = scene.hybrid.mode
@@ -165,7 +181,7 @@ def trace_frame(
     clock, left = Clock(), session.caches_of(scene.name)
     translated = partial(
         translate, depsgraph, scene, resolution, window, light_falloff=scene.hybrid.light_falloff, kept=left.meshes,
-        sample=sample_texture,
+        sample=sample_texture, eye=eye,
     )  # fmt: skip
     _going_on(progress, "Translating the scene")
     translation = translated()
@@ -181,7 +197,7 @@ def trace_frame(
     settings, seen_through = with_background(tracer_settings(scene), scene, traced_scene, drawn is not None)
     find_denoiser()
     _going_on(progress, "Building")
-    pixels, parts = (window[2] - window[0]) * (window[3] - window[1]), len(source_layers(scene))
+    pixels, parts = (window[2] - window[0]) * (window[3] - window[1]), len(source_layers(scene)) * len(views(scene))
     deadline = own.deadline(scene.hybrid.time_budget, pixels, parts)
     tracing, times = partial(progress, "Tracing"), motion_blur.moments(scene, settings.samples)
     if len(times) == 1:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import bpy
@@ -15,6 +15,7 @@ from ...scene import Float32
 from .. import files
 from ..errors import HybridError
 from ..pipeline import evaluated
+from ..view_layers import views
 from . import main_thread
 
 _CHANNELS = "RGBA"
@@ -40,6 +41,13 @@ def read_render_result(scene: bpy.types.Scene, check: Callable[[], None] | None 
         return read_exr(name)
 
 
+def of_view(planes: Mapping[str, Float32], view: str) -> dict[str, Float32]:
+    """Of a render's passes, "Layer.Pass.view" where it has several views, those of one, as "Layer.Pass"."""
+    tail = f".{view}"
+    own = {name.removesuffix(tail): plane for name, plane in planes.items() if view and name.endswith(tail)}
+    return own or dict(planes)
+
+
 def ensure_render_result() -> None:
     """Make sure that the image exists through which a render is read.
 
@@ -54,7 +62,8 @@ def ensure_render_result() -> None:
 def read_exr(path: str | os.PathLike[str]) -> dict[str, Float32]:
     """Read a multilayer EXR: "Layer.Pass" -> (h, w, channels) float32, bottom row first, channels as RGBA or XYZ order.
 
-    Blender 4.5 writes one part with all channels and 5.x one part for each pass, so only channel names are trusted.
+    Of several views "Layer.Pass.view". Blender 4.5 writes one part with all channels and 5.x one part for each pass and
+    view, so only channel names are trusted, and the view that a part says it is of.
     """
     import OpenImageIO as oiio
 
@@ -66,9 +75,11 @@ def read_exr(path: str | os.PathLike[str]) -> dict[str, Float32]:
         part = 0
         while source.seek_subimage(part, 0):
             spec = source.spec()
+            view = spec.get_string_attribute("view")
             pixels = np.asarray(source.read_image(part, 0, 0, spec.nchannels, "float"))
             for index, channel in enumerate(spec.channelnames):
                 owner, _, letter = channel.rpartition(".")
+                owner = f"{owner}.{view}" if view else owner
                 planes.setdefault(owner, {})[letter] = pixels[::-1, :, index]
             part += 1
     finally:
@@ -108,22 +119,50 @@ def place(part: Float32, window: tuple[int, int, int, int], size: tuple[int, int
     return whole
 
 
+def paths_of(path: Path, scene: bpy.types.Scene) -> list[Path]:
+    """The files that `write_render_result` makes: one, or with Stereoscopy one of each view, with its suffix."""
+    if len(views(scene)) == 1 or scene.render.image_settings.views_format == "STEREO_3D":
+        return [path]
+    return [with_suffix(path, scene, view) for view in views(scene)]
+
+
+def with_suffix(path: Path, scene: bpy.types.Scene, view: str) -> Path:
+    """The same file of one view."""
+    return path.with_stem(path.stem + scene.render.views[view].file_suffix) if view else path
+
+
 def write_render_result(path: str | os.PathLike[str], scene: bpy.types.Scene) -> None:
-    """Save the scene's composite as PNG (view transform applied) or EXR (scene-linear, 32 bit), by the extension."""
+    """Save the scene's composite as PNG (view transform applied) or EXR (scene-linear, 32 bit), by the extension.
+
+    With Stereoscopy both views in one picture, or each in one of its own, as the scene's Output has it.
+    """
     formats = {
         ".png": ("PNG", "16" if scene.render.image_settings.color_depth == "16" else "8"),
         ".exr": ("OPEN_EXR", "32"),
     }
     file_format, depth = formats[Path(path).suffix.lower()]
-    with files.atomic(path) as temporary, image_settings(scene, "IMAGE", file_format, depth):
-        _save_render(temporary, scene)
+    paths = paths_of(Path(path), scene)
+    with ExitStack() as stack, image_settings(scene, "IMAGE", file_format, depth):
+        temporary = [stack.enter_context(files.atomic(each)) for each in paths]
+        _save_render(temporary[0], scene)
+        for name, view in zip(temporary, views(scene), strict=False):
+            if len(paths) > 1:
+                os.replace(with_suffix(Path(temporary[0]), scene, view), name)
 
 
 def _save_render(path: str, scene: bpy.types.Scene) -> None:
+    """Of several views Blender's first picture is one of each, whatever was asked for; and of those it says that they
+    could not be saved."""
+    parts = [with_suffix(Path(path), scene, view) for view in views(scene)]
     try:
         bpy.data.images[RENDER_RESULT].save_render(path, scene=scene)
     except RuntimeError as error:
-        raise HybridError(f"cannot write '{path}': {str(error).strip()}") from error
+        if len(parts) == 1 or not all(part.is_file() for part in parts):
+            raise HybridError(f"cannot write '{path}': {str(error).strip()}") from error
+        if scene.render.image_settings.views_format != "INDIVIDUAL":
+            for part in parts:
+                part.unlink()
+            _save_render(path, scene)
 
 
 @contextmanager
@@ -132,7 +171,7 @@ def image_settings(
 ) -> Iterator[None]:
     """Change the scene's output format for a moment. Writing to settings is allowed inside a render."""
     settings = scene.render.image_settings
-    names = ["media_type", "file_format", "color_mode", "color_depth", "exr_codec"]
+    names = ["media_type", "file_format", "color_mode", "color_depth", "exr_codec", "views_format"]
     before = {name: getattr(settings, name) for name in names if hasattr(settings, name)}
     wanted = {
         "media_type": media,
@@ -141,6 +180,10 @@ def image_settings(
         "color_depth": depth,
         "exr_codec": codec,
     }
+    if file_format == "OPEN_EXR_MULTILAYER":
+        wanted["views_format"] = "MULTIVIEW"  # all in one file
+    elif settings.views_format != "STEREO_3D":  # what a multilayer EXR may have, no other file has
+        wanted["views_format"] = "INDIVIDUAL"
     try:
         _assign(settings, wanted, before)
         yield

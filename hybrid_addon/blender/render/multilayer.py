@@ -21,8 +21,8 @@ from .. import files, session
 from ..errors import HybridError
 from ..pipeline import scene_setup
 from ..session import Frame
-from ..view_layers import mask_layers
-from .images import place
+from ..view_layers import mask_layers, part_of, source_layers, views
+from .images import place, with_suffix
 from .passes import CHANNELS, pass_name
 
 CLOCK_STEP = 2.0
@@ -33,17 +33,28 @@ def written(scene: bpy.types.Scene, since: float) -> None:
     """Blender has written a picture of this scene. since : when the frame began, on time.time()'s clock."""
     if scene.render.image_settings.file_format != "OPEN_EXR_MULTILAYER" or not scene_setup.is_active(scene):
         return
-    plain = bpy.path.abspath(scene.render.filepath)  # of a single picture, without a number
-    paths = map(Path, (scene.render.frame_path(frame=scene.frame_current), plain, f"{plain}.exr"))
-    fresh = [path for path in paths if path.is_file() and path.stat().st_mtime >= since - CLOCK_STEP]
-    if fresh:
-        masks = [layer.name for layer in mask_layers(scene)]
-        rewrite(max(fresh, key=lambda path: path.stat().st_mtime), session.of(scene.name).frames, masks)
+    masks = [layer.name for layer in mask_layers(scene)]
+    frames, each = session.of(scene.name).frames, views(scene)
+    together = scene.render.image_settings.views_format == "MULTIVIEW" and len(each) > 1
+    for view in each:
+        plain = bpy.path.abspath(scene.render.filepath)  # of a single picture, without a number
+        numbered = Path(scene.render.frame_path(frame=scene.frame_current))
+        paths = [numbered, Path(plain), Path(f"{plain}.exr")]
+        if len(each) > 1 and not together:
+            paths = [with_suffix(path.with_suffix(".exr"), scene, view) for path in paths]
+        fresh = [path for path in paths if path.is_file() and path.stat().st_mtime >= since - CLOCK_STEP]
+        if fresh:
+            own = {
+                layer.name: frames[name] for layer in source_layers(scene) if (name := part_of(layer, view)) in frames
+            }
+            path = max(fresh, key=lambda path: path.stat().st_mtime)
+            rewrite(path, own, masks, view if together else "")
 
 
-def rewrite(path: Path, frames: Mapping[str, Frame], masks: list[str]) -> None:
+def rewrite(path: Path, frames: Mapping[str, Frame], masks: list[str], view: str = "") -> None:
     """Put the halves of these frames, by the names of their layers, into a multilayer EXR, without the layers `masks`.
 
+    view : the one that they are of, in a file of several.
     Raises HybridError where the file cannot be read or written; it is whole then, as Blender wrote it.
     """
     ours = tuple(f"{mask}." for mask in masks)
@@ -54,17 +65,21 @@ def rewrite(path: Path, frames: Mapping[str, Frame], masks: list[str]) -> None:
     ]
     if not kept:
         raise HybridError(f"'{path}' has no layer but ours")
-    there = {channel.rpartition(".")[0] for spec, _ in kept for channel in spec.channelnames}
+    in_names = view and not any(spec.get_string_attribute("view") for spec, _ in kept)  # as 4.5 has it
+    own_parts = [part for part in kept if not view or part[0].get_string_attribute("view") in {"", view}]
+    there = {channel.rpartition(".")[0] for spec, _ in own_parts for channel in spec.channelnames}
+    tail = f".{view}" if in_names else ""
     for layer, frame in frames.items():
-        for spec, pixels in kept:
+        for spec, pixels in own_parts:
             for plane, letter in zip(_picture(frame, pixels.shape[:2]), "RGBA", strict=True):
-                name = f"{layer}.Combined.{letter}"
+                name = f"{layer}.Combined{tail}.{letter}"
                 if name in spec.channelnames:
                     pixels[..., spec.channelnames.index(name)] = plane
         for name, plane in _planes(frame).items():
             letters = {1: "X", 3: CHANNELS.get(name.upper(), "RGB"), 4: "RGBA"}[plane.shape[-1]]
-            own = f"{layer}.Traced {name}" if f"{layer}.{name}" in there else f"{layer}.{name}"
-            kept = _add(kept, own, letters, plane, frame.window)
+            own = f"{layer}.{name}{tail}"
+            own = f"{layer}.Traced {name}{tail}" if own in there else own
+            kept = _add(kept, own, letters, plane, frame.window, "" if in_names else view)
     _write(path, kept)
 
 
@@ -87,7 +102,9 @@ def _planes(frame: Frame) -> dict[str, Float32]:
     return found
 
 
-def _add(kept: list[Part], name: str, letters: str, pixels: Float32, window: tuple[int, int, int, int]) -> list[Part]:
+def _add(
+    kept: list[Part], name: str, letters: str, pixels: Float32, window: tuple[int, int, int, int], view: str
+) -> list[Part]:
     """One more pass: a part of its own where each pass has one, else channels of the only part."""
     spec, first = kept[0]
     plane = np.ascontiguousarray(place(pixels, window, first.shape[:2])[::-1])
@@ -96,8 +113,11 @@ def _add(kept: list[Part], name: str, letters: str, pixels: Float32, window: tup
         new = spec.copy()
         new.nchannels, new.channelnames, new.channelformats = len(channels), channels, ()
         new.alpha_channel = new.z_channel = -1
-        new.attribute("oiio:subimagename", name)
-        new.attribute("name", name)
+        part = f"{name}-{view}" if view else name
+        new.attribute("oiio:subimagename", part)
+        new.attribute("name", part)
+        if view:
+            new.attribute("view", view)
         return [*kept, (new, plane)]
     formats = list(spec.channelformats) or [spec.format] * spec.nchannels
     new = spec.copy()

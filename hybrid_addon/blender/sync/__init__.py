@@ -30,7 +30,7 @@ from ...scene import Camera, Scene, SunLight
 from ..flags import Flags
 from ..view_layers import source_layer
 from .cache import MeshCache
-from .camera import Size, Window, translate_camera
+from .camera import Eye, Size, Window, translate_camera
 from .coverage.scene import name_scene
 from .displacement import Sampler
 from .image import Images
@@ -72,6 +72,7 @@ def translate(
     kept: MeshCache | None = None,
     sample: Sampler | None = None,
     shown: frozenset[str] | None = None,
+    eye: Eye | None = None,
 ) -> Translation:
     """Everything that one frame needs, copied out of Blender.
 
@@ -84,11 +85,12 @@ def translate(
     kept        : of earlier frames; meshes that are as they were are the same objects as in the last one.
     sample      : looks up the images that displace meshes, which the tracer can.
     shown       : full names of the objects, or of their instancers, that are there; None: all that are evaluated.
+    eye         : where the view in work has the scene's camera.
 
     Raises UnsupportedError, before anything costly, if there is no camera or one that cannot be traced.
     """
     warn = Warnings() if warn is None else warn
-    camera = camera or translate_camera(b_depsgraph, b_scene, resolution, window, warn)
+    camera = camera or translate_camera(b_depsgraph, b_scene, resolution, window, warn, eye)
     kept = MeshCache() if kept is None else kept
     kept.begin()
     images = Images(warn, kept)

@@ -7,17 +7,21 @@ Object.calc_matrix_camera on random cameras.
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Callable
+from typing import Any, Literal
 
 import bpy
 import numpy as np
 
 from ...scene import Camera, Float64, Lens
+from ..view_layers import camera_in_work
 from .coverage import name_settings
 from .messages import UnsupportedError, Warnings
 
 Size = tuple[int, int]
 Window = tuple[int, int, int, int]
+Eye = Callable[[bpy.types.Object], tuple[Any, float]]
+"""Where the view in work has an evaluated camera: its matrix to world, (4, 4) without scale, and its Shift X."""
 
 ORTHO_APERTURE = 0.04
 """An orthographic camera has no focal length: in EEVEE it is this share of the focus distance (in Cycles, 1 metre)."""
@@ -26,16 +30,26 @@ MIN_FSTOP = MIN_FOCUS = 1e-5
 
 
 def translate_camera(
-    b_depsgraph: bpy.types.Depsgraph, b_scene: bpy.types.Scene, resolution: Size, window: Window, warn: Warnings
+    b_depsgraph: bpy.types.Depsgraph,
+    b_scene: bpy.types.Scene,
+    resolution: Size,
+    window: Window,
+    warn: Warnings,
+    eye: Eye | None = None,
 ) -> Camera:
-    """The scene's active camera, with its animated values; UnsupportedError if it has none that can be traced."""
+    """The scene's active camera, with its animated values; UnsupportedError if it has none that can be traced.
+
+    eye : where the view in work has it; None for where it stands.
+    """
     b_object = _active_camera(b_depsgraph, b_scene)
     b_camera = b_object.data
     name_settings(b_camera, f"camera {b_object.name!r}", warn)
+    matrix, shift_x = (matrix_without_scale(b_object), b_camera.shift_x) if eye is None else eye(b_object)
+    aspect = (b_scene.render.pixel_aspect_x, b_scene.render.pixel_aspect_y)
     return Camera(
         projection=_projection(b_object, warn),
-        matrix_world=matrix_without_scale(b_object),
-        view_plane=view_plane(b_camera, resolution, (b_scene.render.pixel_aspect_x, b_scene.render.pixel_aspect_y)),
+        matrix_world=np.array(matrix, np.float64),
+        view_plane=view_plane(b_camera, resolution, aspect, shift_x),
         resolution=resolution,
         window=window,
         clip_start=b_camera.clip_start,
@@ -45,9 +59,10 @@ def translate_camera(
 
 
 def _active_camera(b_depsgraph: bpy.types.Depsgraph, b_scene: bpy.types.Scene) -> bpy.types.Object:
-    if b_scene.camera is None:
+    b_chosen = camera_in_work(b_scene)
+    if b_chosen is None:
         raise UnsupportedError(f"scene {b_scene.name!r} has no camera; add one and make it the active camera")
-    b_object = b_scene.camera.evaluated_get(b_depsgraph)
+    b_object = b_chosen.evaluated_get(b_depsgraph)
     if b_object.type != "CAMERA":
         raise UnsupportedError(
             f"scene {b_scene.name!r} looks through {b_object.name!r}, which is no camera but of type {b_object.type}; "
@@ -74,15 +89,18 @@ def matrix_without_scale(b_object: bpy.types.Object) -> Float64:
 
 
 def view_plane(
-    b_camera: bpy.types.Camera, resolution: Size, pixel_aspect: tuple[float, float]
+    b_camera: bpy.types.Camera, resolution: Size, pixel_aspect: tuple[float, float], shift_x: float | None = None
 ) -> tuple[float, float, float, float]:
-    """(left, right, bottom, top) of the full frame: at z = -1 for PERSP (unitless), in metres for ORTHO."""
+    """(left, right, bottom, top) of the full frame: at z = -1 for PERSP (unitless), in metres for ORTHO.
+
+    shift_x : instead of the camera's own, for one of several views.
+    """
     width, height = resolution
     aspect = pixel_aspect[1] / pixel_aspect[0]
     fit = _sensor_fit(b_camera, width, height, aspect)
     across = width if fit == "HORIZONTAL" else aspect * height  # length of the fitted side, in pixel widths
     pixel = _extent(b_camera) / across
-    shift_x, shift_y = b_camera.shift_x * across, b_camera.shift_y * across
+    shift_x, shift_y = (b_camera.shift_x if shift_x is None else shift_x) * across, b_camera.shift_y * across
     half_x, half_y = 0.5 * width, 0.5 * height * aspect
     return (
         (shift_x - half_x) * pixel,

@@ -101,13 +101,6 @@ def test_another_scenes_compositor_gets_eevees_picture(still):
     assert not source.use
 
 
-def test_several_views_are_refused_in_one_line(still):
-    still.render.use_multiview = True
-    for mode in ("hybrid", "raster", "full"):
-        with pytest.raises(hybrid.HybridError, match="Stereoscopy"):
-            hybrid.render(still, mode=mode)
-
-
 def test_what_is_ticked_and_yet_not_ray_traced_is_named(still):
     """Instances of the background scene: EEVEE has one flag for all that show an object."""
     stage = bpy.data.scenes.new("Stage")

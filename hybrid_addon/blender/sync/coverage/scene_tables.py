@@ -13,6 +13,7 @@ VOLUMES = "how finely EEVEE marches through its own half's fog"
 SCREEN = "of EEVEE's Raytracing, which is named as a whole"
 GONE = "EEVEE reads it no longer: it is of versions before 4.2"
 PROBES = "how EEVEE stores what light probes see; the probes are named"
+VIEWS = "of several views: each is traced, seen from where Blender has its camera"
 INTERFACE = "of the interface and the viewport alone"
 CYCLES = "of Cycles alone"
 PASSES = "of passes beside the picture, which EEVEE draws"
@@ -131,11 +132,11 @@ RENDER: Table = {
     ),
     **followed("use_motion_blur, motion_blur_shutter, motion_blur_position"),
     **irrelevant(LINKS, "motion_blur_shutter_curve"),
-    "use_multiview": Named("is refused: switch it off in Properties > Output", False, rank=FIRST, label="Stereoscopy"),
+    **irrelevant(VIEWS, "use_multiview, views, stereo_views, views_format"),
     "use_sequencer": Named(
         "replaces the rendered picture: switch Post Processing > Sequencer off", False, _has_strips, FIRST
     ),
-    **within("use_multiview", "views, stereo_views, views_format, use_spherical_stereo"),
+    **irrelevant("of panoramic cameras, which are named", "use_spherical_stereo"),
     **irrelevant(
         SIMPLIFY,
         "use_simplify, simplify_subdivision, simplify_child_particles, simplify_subdivision_render,"
@@ -237,7 +238,7 @@ CAMERA: Table = {
         INTERFACE,
         "passepartout_alpha, display_size, show_*, lens_unit, background_images, composition_guide_color",
     ),
-    **within("use_multiview", "stereo"),
+    **irrelevant(VIEWS, "stereo"),
     **irrelevant(CYCLES, "cycles, cycles_custom"),
     **irrelevant(LINKS, "dof"),
     **irrelevant("followed as its values change from frame to frame", "animation_data"),

@@ -11,7 +11,7 @@ from bpy.app.translations import pgettext_iface as iface_
 
 from ... import api, scan
 from ...errors import HybridError
-from ...render import eevee_half, engine, growing, main_thread
+from ...render import engine, growing, main_thread
 from ..translations import translated
 
 TEXT = "Hybrid Pixel"
@@ -47,9 +47,10 @@ def refusal(scene: bpy.types.Scene) -> str:
         return "Hybrid is off in this scene"
     try:
         api.check_camera(scene, scene.camera)
-        eevee_half.refuse_stereo(scene)
     except HybridError as error:
         return str(error)
+    if scene.render.use_multiview:
+        return f"scene '{scene.name}' renders several views: switch Stereoscopy off (Properties > Output)"
     return ""
 
 
