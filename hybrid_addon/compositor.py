@@ -103,7 +103,8 @@ def black_out(traced: Float32, raster: Float32, mask: Float32) -> Float32:
     """
     _same_size(traced, raster)
     _same_size(traced, mask)
-    wrong = (mask == 1) & (raster[..., :3] != 0).any(axis=2)
+    wrong = (raster[..., 0] != 0) | (raster[..., 1] != 0) | (raster[..., 2] != 0)  # 5 times as fast as any(axis=2)
+    wrong &= mask == 1
     if not wrong.any():
         return traced
     result = traced.copy()

@@ -159,6 +159,7 @@ class Session:
     began          : when the frame began, on time.time()'s clock.
     retracing      : whether the next render takes EEVEE's half from there (render/retrace.py).
     casting        : names of objects that keep EEVEE's shadows because something shows them that is not ray traced.
+    traces_shadows : whether EEVEE was told in this frame to leave shadows to the tracer; None: it has not drawn yet.
     """
 
     frame: Frame | None = None
@@ -171,6 +172,7 @@ class Session:
     eevee_halves: dict[str, EeveeHalf] = field(default_factory=dict)
     retracing: bool = False
     casting: list[str] = field(default_factory=list)
+    traces_shadows: bool | None = None
     slot: int = -1
     kept: dict[int, Frame] = field(default_factory=dict)
     began: float = 0.0
@@ -185,7 +187,7 @@ class Session:
             self.kept[self.slot] = self.frame.to_look_at()
         self.kept.pop(slot, None)
         self.slot = slot
-        self.frame = self.error = self._delivered = self.so_far = None
+        self.frame = self.error = self._delivered = self.so_far = self.traces_shadows = None
         self.frames = {}
         self.began = time.time()
         self._start = Clock()

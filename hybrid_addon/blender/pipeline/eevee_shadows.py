@@ -21,7 +21,7 @@ def hand_over(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """
     if depsgraph.mode != "RENDER" or not depsgraph.view_layer.get(MASK_MARK):
         return
-    traced = scene_setup.traces_shadows(scene)
+    traced = session.of(scene.name).traces_shadows = scene_setup.traces_shadows(scene)
     held_out.hold_out(depsgraph, casts=not traced)
     if not (traced or scene.render.use_persistent_data):
         return
@@ -39,5 +39,7 @@ def hand_over(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 
 def warnings(scene: bpy.types.Scene) -> list[str]:
     """What of it could not be done in the last render."""
-    names = session.of(scene.name).casting if scene_setup.traces_shadows(scene) else []
+    names = session.of(scene.name).casting
+    if not names or not scene_setup.traces_shadows(scene):  # which takes longer to tell
+        return []
     return [f"object {name!r}: instances that are not ray traced, too, keep EEVEE's shadow for all" for name in names]

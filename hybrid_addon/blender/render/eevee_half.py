@@ -31,19 +31,26 @@ def read(scene: bpy.types.Scene, window: Window, check: Callable[[], None]) -> H
     """What EEVEE has just drawn, over the window. Raises HybridError if the scene has no mask layer."""
     from ...compositor import mask_from_alpha
 
-    planes = images.of_view(images.read_render_result(scene, check), view_in_work())
     mask_layer = scene_setup.mask_layer(scene)
     if mask_layer is None:
         raise HybridError(f"scene '{scene.name}' has no mask view layer: switch Hybrid off and on again")
-    raster = _crop(planes[f"{mask_layer.name}.Combined"], window)
-    plane = planes.get(f"{mask_layer.name}.Depth") if scene_setup.needs_raster(scene) else None
-    depth = None if plane is None else _crop(plane, window)[..., 0]
-    planes_of_color = [planes[name] for pass_ in ALBEDO if (name := f"{mask_layer.name}.{pass_}") in planes]
-    albedo = _crop(planes_of_color[0], window)[..., :3] if planes_of_color and scene_setup.needs_albedo(scene) else None
-    source = scene_setup.source_layer(scene).name
-    lines = next((planes[name] for pass_ in FREESTYLE if (name := f"{source}.{pass_}") in planes), None)
-    lines = None if lines is None or not draws_freestyle(scene) else _crop(lines, window)
-    whole = _crop(planes[f"{source}.Combined"], window)[..., 3] if scene.render.film_transparent else None
+    source, own = scene_setup.source_layer(scene).name, mask_layer.name
+    picture, depths, whole_picture = f"{own}.Combined", f"{own}.Depth", f"{source}.Combined"
+    colors, freestyle = [f"{own}.{name}" for name in ALBEDO], [f"{source}.{name}" for name in FREESTYLE]
+    wanted = [picture]  # what is not wanted is not read: each pass takes some milliseconds
+    wanted += [depths] if scene_setup.needs_raster(scene) else []
+    wanted += colors if scene_setup.needs_albedo(scene) else []
+    wanted += freestyle if draws_freestyle(scene) else []
+    wanted += [whole_picture] if scene.render.film_transparent else []
+    view = view_in_work()
+    wanted += [f"{name}.{view}" for name in wanted] if view else []
+    planes = images.of_view(images.read_render_result(scene, check, wanted), view)
+    planes = {name: _crop(plane, window) for name, plane in planes.items()}
+    raster, depth = planes[picture], planes.get(depths)
+    albedo = next((planes[name][..., :3] for name in colors if name in planes), None)
+    lines = next((planes[name] for name in freestyle if name in planes), None)
+    whole = planes[whole_picture][..., 3] if whole_picture in wanted else None
+    depth = None if depth is None else depth[..., 0]
     return Half(raster, mask_from_alpha(raster[..., 3], whole), depth, albedo, lines)
 
 

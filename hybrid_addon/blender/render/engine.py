@@ -194,7 +194,8 @@ def trace_frame(
             traced_scene, raster=Raster(drawn, eevee_half.without_sky(depth, traced_scene.camera), albedo)
         )
 
-    settings, seen_through = with_background(tracer_settings(scene), scene, traced_scene, drawn is not None)
+    settings = tracer_settings(scene, None if held is None else held.shadows)
+    settings, seen_through = with_background(settings, scene, traced_scene, drawn is not None)
     find_denoiser()
     _going_on(progress, "Building")
     pixels, parts = (window[2] - window[0]) * (window[3] - window[1]), len(source_layers(scene)) * len(views(scene))

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -22,8 +22,12 @@ _CHANNELS = "RGBA"
 RENDER_RESULT = "Render Result"
 
 
-def read_render_result(scene: bpy.types.Scene, check: Callable[[], None] | None = None) -> dict[str, Float32]:
+def read_render_result(
+    scene: bpy.types.Scene, check: Callable[[], None] | None = None, wanted: Collection[str] | None = None
+) -> dict[str, Float32]:
     """All passes of the scene's finished render as "Layer.Pass" -> (h, w, channels) float32, bottom row first.
+
+    wanted : only those of these names, of which some may be missing; None: all.
 
     Goes through a multilayer EXR in Blender's temporary folder: the only way that works while the compositor's other
     scenes are still rendering, in the background and in a window. The user's image settings come back unchanged.
@@ -38,7 +42,7 @@ def read_render_result(scene: bpy.types.Scene, check: Callable[[], None] | None 
 
     with files.scratch() as name:
         main_thread.call(save, check)
-        return read_exr(name)
+        return read_exr(name, wanted)
 
 
 def of_view(planes: Mapping[str, Float32], view: str) -> dict[str, Float32]:
@@ -59,8 +63,10 @@ def ensure_render_result() -> None:
         evaluated.render_nothing()
 
 
-def read_exr(path: str | os.PathLike[str]) -> dict[str, Float32]:
+def read_exr(path: str | os.PathLike[str], wanted: Collection[str] | None = None) -> dict[str, Float32]:
     """Read a multilayer EXR: "Layer.Pass" -> (h, w, channels) float32, bottom row first, channels as RGBA or XYZ order.
+
+    wanted : only those of these names, of which some may be missing; None: all.
 
     Of several views "Layer.Pass.view". Blender 4.5 writes one part with all channels and 5.x one part for each pass and
     view, so only channel names are trusted, and the view that a part says it is of.
@@ -70,27 +76,36 @@ def read_exr(path: str | os.PathLike[str]) -> dict[str, Float32]:
     source = oiio.ImageInput.open(os.fspath(path))
     if source is None:
         raise HybridError(f"cannot read '{path}': {oiio.geterror()}")
-    planes: dict[str, dict[str, Float32]] = {}
+    planes: dict[str, Float32] = {}
     try:
         part = 0
         while source.seek_subimage(part, 0):
             spec = source.spec()
             view = spec.get_string_attribute("view")
-            pixels = np.asarray(source.read_image(part, 0, 0, spec.nchannels, "float"))
-            for index, channel in enumerate(spec.channelnames):
-                owner, _, letter = channel.rpartition(".")
-                owner = f"{owner}.{view}" if view else owner
-                planes.setdefault(owner, {})[letter] = pixels[::-1, :, index]
+            numbers: dict[str, list[int]] = {}
+            for number, channel in enumerate(spec.channelnames):
+                name = channel.rpartition(".")[0]
+                name = f"{name}.{view}" if view else name
+                if wanted is None or name in wanted:
+                    numbers.setdefault(name, []).append(number)
+            if numbers:
+                pixels = np.asarray(source.read_image(part, 0, 0, spec.nchannels, "float"))[::-1]
+            for name, own in numbers.items():
+                own.sort(key=lambda number: ORDER.get(spec.channelnames[number].rpartition(".")[2], len(ORDER)))
+                in_a_row = own == list(range(own[0], own[0] + len(own)))
+                planes[name] = np.ascontiguousarray(
+                    pixels[..., own[0] : own[0] + len(own)]  # a fifth of the time of what follows
+                    if in_a_row
+                    else np.stack([pixels[..., number] for number in own], axis=-1)
+                )
             part += 1
     finally:
         source.close()
-    order = {letter: rank for rank, letter in enumerate("RXVGYBZAW")}
-    return {
-        name: np.ascontiguousarray(
-            np.stack([v for _, v in sorted(c.items(), key=lambda x: order.get(x[0], 99))], axis=-1)
-        )
-        for name, c in planes.items()
-    }
+    return planes
+
+
+ORDER = {letter: rank for rank, letter in enumerate("RXVGYBZAW")}
+"""Of the channels of a pass."""
 
 
 def write_exr(path: str | os.PathLike[str], pixels: Float32) -> None:

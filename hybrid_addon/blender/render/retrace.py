@@ -43,7 +43,7 @@ def hold(scene: bpy.types.Scene, window: tuple[int, int, int, int], half: Half) 
     own = session.of(scene.name)
     if own.snapshot is None:
         return None
-    shadows = scene_setup.traces_shadows(scene)
+    shadows = scene_setup.traces_shadows(scene) if own.traces_shadows is None else own.traces_shadows
     held = own.eevee_halves[part(scene)] = EeveeHalf(window, half, scene.frame_current, shadows, own.snapshot)
     return held
 

@@ -20,15 +20,18 @@ NAMED = 3
 """Bodies that a warning names."""
 
 
-def tracer_settings(scene: bpy.types.Scene) -> Settings:
-    """The tracer's settings of a scene: what both have by the same name, and what follows from several of them."""
+def tracer_settings(scene: bpy.types.Scene, raster_shadows: bool | None = None) -> Settings:
+    """The tracer's settings of a scene: what both have by the same name, and what follows from several of them.
+
+    raster_shadows : whether it traces shadows on what EEVEE draws, where that is known; None: the scene is asked.
+    """
     own = {field.name for field in fields(Settings)} & {setting.name for setting in RENDER}
     values = {name: getattr(scene.hybrid, name) for name in own}
     values["occlusion_distance"] = scene.hybrid.occlusion_distance or scene.eevee.fast_gi_distance or math.inf
     values["caustics"] = "NONE" if scene.hybrid.traced_shadows == "OFF" else scene.hybrid.caustics
     return Settings(
         **values,
-        raster_shadows=scene_setup.traces_shadows(scene),
+        raster_shadows=scene_setup.traces_shadows(scene) if raster_shadows is None else raster_shadows,
         passes=frozenset(name.lower() for name in scene.hybrid.passes) - {"shadow", "residual"},
         filter_radius=scene.render.filter_size,
         camera_sees="ALL" if scene.hybrid.mode == "FULL" else "RAY_TRACED",

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 import bpy
@@ -167,22 +168,32 @@ DEEPEST = 4
 def _values(b_struct: Any, depth: int = 0) -> list[object]:
     """All that is below a piece of Blender's data; other datablocks by name, node trees with what they hold."""
     found: list[object] = []
-    for b_property in b_struct.bl_rna.properties:
-        name = b_property.identifier
-        large = isinstance(b_struct, bpy.types.Mesh) and b_property.type in {"COLLECTION", "POINTER"}
-        is_deprecated = getattr(b_property, "is_deprecated", False)  # from Blender 5 on; to read it is a warning
-        if name in SKIPPED or large or is_deprecated:
-            continue
+    b_type: Any = type(b_struct)
+    for name, kind in _properties(b_type, len(b_struct.bl_rna.properties)):
         value: Any = getattr(b_struct, name, None)
-        if b_property.type == "COLLECTION":
+        if kind == "COLLECTION":
             found += [name, [_value(item, depth) for item in value]]
-        elif b_property.type == "POINTER":
+        elif kind == "POINTER":
             found += [name, _value(value, depth)]
         else:
-            found += [name, np.array(value).tolist() if getattr(b_property, "is_array", False) else value]
+            found += [name, np.array(value).tolist() if kind == "ARRAY" else value]
     if isinstance(b_struct, bpy.types.NodesModifier):
         found += [str(value) for value in node_inputs(b_struct)]
     return found
+
+
+@cache
+def _properties(b_type: Any, _number: int) -> tuple[tuple[str, str], ...]:
+    """Names and kinds of those that a type of Blender's data is remembered by. To ask Blender takes as long as to read
+    them; an add-on may add some at any time: `_number`, how many there are, tells."""
+    found = []
+    for b_property in b_type.bl_rna.properties:
+        name, kind = b_property.identifier, b_property.type
+        large = issubclass(b_type, bpy.types.Mesh) and kind in {"COLLECTION", "POINTER"}
+        is_deprecated = getattr(b_property, "is_deprecated", False)  # from Blender 5 on; to read it is a warning
+        if name not in SKIPPED and not large and not is_deprecated:
+            found.append((name, "ARRAY" if getattr(b_property, "is_array", False) else kind))
+    return tuple(found)
 
 
 def _value(value: Any, depth: int) -> object:

@@ -11,7 +11,7 @@ import copy
 import os
 import threading
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from weakref import WeakValueDictionary
 
@@ -30,8 +30,9 @@ __all__ = ["InstanceScene", "OwnScene", "TriangleScene", "Triangles", "embree_ve
 Soup = tuple[Float32, Int32, Int32]
 
 
+@cache
 def embree_version() -> str:
-    """Version of embreex, whose first three numbers are those of the Embree inside."""
+    """Version of embreex, whose first three numbers are those of the Embree inside; it takes long to look up."""
     try:
         return version("embreex")
     except PackageNotFoundError:
