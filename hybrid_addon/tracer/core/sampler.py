@@ -31,6 +31,9 @@ _G = 1.32471795724474602596
 _R2_X = np.uint32(round(2**32 / _G))
 _R2_Y = np.uint32(round(2**32 / (_G * _G)))
 
+FACET, LOBE, TRY = np.uint32(0x52D3F1A7), np.uint32(0x1B56C4E9), np.uint32(0x9D2C5681)
+"""Dimensions of microfacets (`shading.microfacets`); each try has one of its own."""
+
 
 def hash32(v: UInt32) -> UInt32:
     """A good mix of 32 bits (Wellons 2018, lowbias32), wrapping."""

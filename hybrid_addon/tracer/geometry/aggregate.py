@@ -34,7 +34,7 @@ from .flatten import Geometry
 from .hits import Hits
 from .instanced import Faces
 from .shapes import onto_sphere, plane_distance, sphere_distance
-from .trees import trees_over
+from .trees import TwoTrees, trees_over
 
 Bools = NDArray[np.bool_]
 
@@ -78,10 +78,14 @@ class PrimitiveSet:
         return other
 
     @property
-    def tree(self) -> Any:
-        """The one tree that alone tells what is seen; None: there are two, shapes, or faces that are not there."""
-        alone = self._hidden is None and not len(self._spheres) and not len(self._planes)
-        return self._triangles if alone and isinstance(self._triangles, TriangleScene) else None
+    def trees(self) -> tuple[TriangleScene, ...]:
+        """The trees that alone tell what is seen: one, or of what stands still and of what moves; none: there are
+        instances, shapes, or faces that are not there."""
+        if self._hidden is not None or len(self._spheres) or len(self._planes):
+            return ()
+        trees = self._triangles.parts if isinstance(self._triangles, TwoTrees) else (self._triangles,)
+        own = tuple(tree for tree in trees if isinstance(tree, TriangleScene))
+        return own if len(own) == len(trees) else ()
 
     def __len__(self) -> int:
         return self.triangle_count + len(self._spheres) + len(self._planes)

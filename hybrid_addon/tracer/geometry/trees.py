@@ -33,6 +33,11 @@ class TwoTrees:
     def __init__(self, geometry: Geometry, still: Tree, moving: Tree) -> None:
         self._geometry, self._still, self._moving = geometry, still, moving
 
+    @property
+    def parts(self) -> tuple[Tree, Tree]:
+        """What stands still, what moves."""
+        return self._still, self._moving
+
     def intersect(self, origin: Float32, direction: Float32) -> Any:
         """As `TriangleScene.intersect`."""
         found, other = self._still.intersect(origin, direction), self._moving.intersect(origin, direction)

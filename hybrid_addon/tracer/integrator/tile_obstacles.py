@@ -38,7 +38,7 @@ def _obstacles(scene: CompiledScene, seen: PrimitiveSet, aovs: list[str]) -> Ite
     g, table, plan = scene.geometry, scene.surfaces, scene.plan
     found = {
         "light passes": bool(aovs),
-        "rough reflections": bool((table.rough & (table.reflects | table.transmits)).any()),
+        "rough glass": bool((table.rough & table.refracts).any()),
         "the world's blurred image instead of rays": scene.settings.rough_samples == 0 and bool(table.rough.any()),
         "thin walls": scene.media.thin is not None,
         "solids that touch": scene.media.near is not None,
@@ -65,8 +65,8 @@ def _obstacles(scene: CompiledScene, seen: PrimitiveSet, aovs: list[str]) -> Ite
     }
     yield from (name for name, there in found.items() if there)
     sets = [seen, scene.seen_by_camera, scene.seen_by_secondary, scene.blockers_of_all.casts]
-    if any(a is not None and tree_of(a) is None for a in sets):
-        yield "faces that are left out, or trees of moving things"
+    if any(a is not None and trees_of(a) is None for a in sets):
+        yield "faces that are left out"
     if not all(_is_known(light) for light in (*scene.lights, *scene.lamps)):
         yield "a kind of light"
     for surface in table.surfaces:
@@ -92,12 +92,11 @@ def _is_linked(light: CompiledLight) -> bool:
     return light.receives is not None or light.blocks is not None
 
 
-def tree_of(seen: PrimitiveSet) -> TriangleScene | None:
-    """The one tree of a set, all of whose faces are there; None: it is another kind of set."""
-    tree: TriangleScene | None = seen.tree
-    if tree is None or (tree.size and not isinstance(tree.own, OwnScene)):
-        return None
-    return tree
+def trees_of(seen: PrimitiveSet) -> tuple[TriangleScene, ...] | None:
+    """The trees of a set, all of whose faces are there: one, or of what stands still and of what moves; None: it is
+    another kind of set."""
+    trees = seen.trees
+    return trees if all(not tree.size or isinstance(tree.own, OwnScene) for tree in trees) and trees else None
 
 
 def image_of(value: Any) -> tuple[Texture | None, int]:

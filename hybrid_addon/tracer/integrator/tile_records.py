@@ -25,7 +25,7 @@ from ..kernels.tiles import records as of
 from ..materials.textures import EXTENSIONS
 from ..prepare.compiled import CompiledScene
 from ..shading.ltc import ltc_table
-from .tile_obstacles import IN_FACTORS, PLAIN, image_of, stored_as, tree_of
+from .tile_obstacles import IN_FACTORS, PLAIN, image_of, stored_as, trees_of
 
 
 @dataclass(eq=False)
@@ -64,7 +64,7 @@ def records_of(scene: CompiledScene, seen: PrimitiveSet, identity: Identities | 
     """The records of a scene for camera rays that see `seen`, if there is nothing that tiles cannot do (`why_not`)."""
     images = _Images([], [], {})
     sets = seen, scene.seen_by_camera, scene.seen_by_secondary, scene.blockers_of_all.casts
-    trees = [tree_of(one) for one in sets]
+    trees = [trees_of(one) or () for one in sets]
     skins, world = _skins(scene, images), _world(scene, images)
     record = of.Scene(
         _shapes(scene, identity),
@@ -111,13 +111,23 @@ def _shapes(scene: CompiledScene, identity: Identities | None) -> of.Shapes:
     )
 
 
-def _trees(trees: list[TriangleScene | None]) -> of.Trees:
-    address, ids = [], []
-    for tree in trees:
-        own = tree.own if tree is not None and tree.size else None
-        address.append(own.scene.address if isinstance(own, OwnScene) else 0)
-        ids.append(np.zeros(0) if tree is None or tree.ids is None else tree.ids)
-    return of.Trees(_u8(address), *map(_i4, ids))
+def _trees(sets: list[tuple[TriangleScene, ...]]) -> of.Trees:
+    address, start = np.zeros((4, 2), np.uint64), np.full((4, 2), -1)
+    known: dict[int, int] = {}
+    ids, length = [np.zeros(0, np.int32)], 0
+    for number, trees in enumerate(sets):
+        for part, tree in enumerate(trees):
+            if not tree.size or not isinstance(tree.own, OwnScene):
+                continue
+            address[number, part] = tree.own.scene.address
+            if tree.ids is None:
+                continue
+            if id(tree.ids) not in known:
+                known[id(tree.ids)] = length
+                ids.append(tree.ids)
+                length += len(tree.ids)
+            start[number, part] = known[id(tree.ids)]
+    return of.Trees(_u8(address), _i8(start), _i4(np.concatenate(ids)))
 
 
 def _skins(scene: CompiledScene, images: _Images) -> of.Skins:
@@ -234,6 +244,7 @@ def _rules(scene: CompiledScene) -> of.Rules:
         "most_rays": SampleBuffer.zeros(0, 1, settings.cutoff, (), 0, first).most_rays,
         "most_branches": MAX_BRANCHES * first, "tints": scene.blockers_of_all.tints,
         "objects": int(np.max(scene.geometry.object, initial=-1)) + 1,
+        "rough": settings.rough_samples if plan.rough else 0,
     }  # fmt: skip
     real = scene.arriving.indirect, scene.arriving.direct_limit, scene.arriving.indirect_limit, settings.adaptive
     axes = np.asarray(camera.matrix_world, np.float64)[:3]

@@ -23,7 +23,7 @@ from ...procedural import elementary
 from ...scene import Float32, Float64
 from ..core.constants import FAINT, LEAST_COSINE, MICROFACET_TRIES, MIRROR_ROUGHNESS
 from ..core.rays import Rays
-from ..core.sampler import Draws, hash32
+from ..core.sampler import FACET, LOBE, TRY, Draws, hash32
 from ..core.vectors import Array, dot, flatnonzero, largest_component, normalize
 from ..materials.principled import correlated, correlated_albedo, masking
 from ..prepare.compiled import CompiledScene
@@ -33,8 +33,6 @@ from .scattering import reflect, reflecting_normal
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
-FACET, LOBE, TRY = np.uint32(0x52D3F1A7), np.uint32(0x1B56C4E9), np.uint32(0x9D2C5681)
-"""Dimensions of the sampler; each try has one of its own."""
 GROOVE_LATTICE = (21, 13)
 """What grooves reflect is the mean over 21 microfacets, a Fibonacci lattice: within 0.015 of that over 4096. A grid of
 4 x 4, whose rows lie along the grooves, is 0.05 off.
@@ -74,7 +72,7 @@ class SampledMicrofacets:
 
 
 def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> SampledMicrofacets | None:
-    """Draw microfacets; None where all hits are mirrors."""
+    """Draw microfacets; None: nobody draws."""
     # Which hits are rough, and what of their weight the base and the coat have.
     lobe, coat = at.value("lobe_roughness"), at.value("coat_roughness")
     coated = at.value("coat") - at.value("coat_blurred")
@@ -82,8 +80,11 @@ def roughen(scene: CompiledScene, rays: Rays, at: Interaction, t: Float64) -> Sa
     rest = largest_component(at.value("mirror")) - coated + bent
     rest = np.where(rest > FAINT, rest, np.float32(0))
     wide: Bools = ((rest > 0) & (lobe > MIRROR_ROUGHNESS)) | ((coated > 0) & (coat > MIRROR_ROUGHNESS))
-    if not wide.any() or at.draws is None:
+    if at.draws is None:
         return None
+    if not wide.any():
+        mirrors, nothing = np.zeros(len(rays), bool), np.zeros(len(rays), np.float32)
+        return SampledMicrofacets(rays, at, t, nothing, mirrors, mirrors, nothing + 1)
     # Those that count as several hits.
     both = wide & (coated > 0) & (rest > 0) & (lobe != coat)
     first = wide & (rays.depth == 0) & (rays.straight == 0)

@@ -115,7 +115,7 @@ def children(
     waves = []
     mirrored, bent, through = reflect_too, transmit_too & split.bends, transmit_too & ~split.bends
     if scene.plan.reflection and mirrored.any():
-        waves.append(_reflected(rays, at, split, select(mirrored), stats))
+        waves.append(_reflected(scene, rays, at, split, select(mirrored), stats))
     if scene.plan.refraction and bent.any():
         waves.append(_refracted(scene, rays, at, split, select(bent), stats))
     if scene.plan.refraction and through.any():
@@ -288,9 +288,9 @@ def _child_history(history: Float32, kind: np.uint32, blurs: Bools) -> Float32:
     return history
 
 
-def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, stats: Stats) -> Rays:
+def _reflected(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, stats: Stats) -> Rays:
     wo, normal = take(at.wo, index), take(at.n_shading, index)
-    curved = at.n_shading is not at.n_geometric
+    curved = scene.plan.rough or at.n_shading is not at.n_geometric  # whatever else is in the wave
     direction = mirror_directions(wo, normal, take(at.n_geometric, index) if curved else normal, curved)
     stats.add("reflected", direction.shape[1])
     media, unlit, closure = take(rays.media, index), take(split.unlit, index), take(rays.closure, index)
@@ -302,7 +302,7 @@ def _reflected(rays: Rays, at: Interaction, split: Split, index: Index, stats: S
 def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, index: Index, stats: Stats) -> Rays:
     wo, n_shading = take(at.wo, index), take(at.n_shading, index)
     cos_i, eta = take(split.cos_i, index), take(split.eta, index)
-    curved = at.n_shading is not at.n_geometric
+    curved = scene.plan.rough or at.n_shading is not at.n_geometric
     facing = take(at.n_geometric, index) if curved else n_shading
     direction = refracted_directions(wo, n_shading, facing, cos_i, eta, curved)
     stats.add("refracted", direction.shape[1])

@@ -82,7 +82,11 @@ def rooms(build) -> dict[str, tuple]:
     texels = np.random.default_rng(1).random((8, 16, 4)).astype(np.float32)
     around = World((1, 0.9, 0.8), environment=Texture("sky", texels * 3))
     rooted = Expression("root", (Expression("clamp", (image(2), 0.0, 1.0)),))
-    flat = build.icosphere(1)
+    flat, fine = build.icosphere(1), build.icosphere(4, radius=0.7, smooth=True)
+    metal = build.mirror(0.8, roughness=0.3, layered=True)
+    lacquer = replace(metal, coat=1.0, coat_roughness=0.15)
+    shiny_coat = replace(coated, coat_roughness=0.02)
+    traced, rough = replace(layers, roughness=0.2), replace(HOW, rough_samples=3)
     inner = build.icosphere(1, radius=0.6, smooth=True)
     found |= {
         "environment": (room(lamp, world=around), HOW),
@@ -104,6 +108,13 @@ def rooms(build) -> dict[str, tuple]:
             ]),
             HOW,
         ),
+        "rough": (room(lamp, parts=[(ball, metal), (cube, replace(metal, roughness=0.6)), (floor, shiny_coat)]), rough),
+        "rough and flat": (room(sun, parts=[(flat, metal), (floor, build.glass()), (cube, build.mirror())]), HOW),
+        "rough coats": (
+            room(lamp, parts=[(ball, lacquer), (cube, replace(lacquer, coat_roughness=0.02)), (floor, traced)]), rough,
+        ),
+        "rough and no cutoff": (room(lamp, parts=[(ball, lacquer), (floor, metal)]), replace(rough, cutoff=0.0)),
+        "moving": (room(lamp, parts=[(ball, tinted, {"moves": True}), (fine, metal), (floor, layers)]), HOW),
         "black": (room(world=World((0, 0, 0)), parts=[(ball, build.mirror())]), HOW),
         "only what is ray traced": (
             room(lamp, parts=[(ball, tinted), (floor, layers, {"ray_traced": False})], world=around),
@@ -115,7 +126,8 @@ def rooms(build) -> dict[str, tuple]:
 
 NAMES = (
     *LAMPS, "environment", "orthographic", "flat", "nested", "straight on", "transparent", "limits", "no cutoff",
-    "crowded", "emission", "Phong", "coat", "textures", "black", "only what is ray traced",
+    "crowded", "emission", "Phong", "coat", "textures", "rough", "rough and flat", "rough coats",
+    "rough and no cutoff", "moving", "black", "only what is ray traced",
 )  # fmt: skip
 
 
@@ -150,6 +162,7 @@ def test_tiles_change_no_bit_of_a_picture(twins, all_rooms, name: str) -> None:
     scene, how = all_rooms[name]
     compiled = CompiledScene(scene, how)
     assert why_not(compiled, compiled.seen_by_camera, []) == ""
+    assert (len(compiled.seen_by_camera.trees) == 2) == (name == "moving")
     wanted = trace(scene, how)
     calls = []
     twins.kernel = lambda *args: calls.append(1) or twins.compiled(*args)
@@ -159,9 +172,9 @@ def test_tiles_change_no_bit_of_a_picture(twins, all_rooms, name: str) -> None:
 
 
 def test_what_tiles_cannot_do_is_drawn_in_waves(twins, build) -> None:
-    rough = build.scene((build.box(), build.mirror(0.8, roughness=0.3, layered=True)), camera=build.camera((0, -6, 3)))
+    rough = build.scene((build.box(), build.glass(roughness=0.3, layered=True)), camera=build.camera((0, -6, 3)))
     compiled = CompiledScene(rough, HOW)
-    assert why_not(compiled, compiled.seen_by_camera, []) == "rough reflections"
+    assert why_not(compiled, compiled.seen_by_camera, []) == "rough glass"
     assert why_not(compiled, compiled.seen_by_camera, ["reflection"]) == "light passes"
     wanted = trace(rough, HOW)
     twins.kernel = lambda *args: pytest.fail("asked")

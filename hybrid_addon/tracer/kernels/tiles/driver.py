@@ -11,11 +11,12 @@ from numba import types
 from ...core.rays import CAMERA_RAY
 from ...materials.columns import ROWS
 from .. import interaction, packets, sampler
-from ..declare import ArrayTypes, b1, dot, f4, f8, i2, i4, i8, inlined, int64, kernel, stage, u4, written
+from ..declare import ArrayTypes, b1, f4, f8, i2, i4, i8, inlined, int64, kernel, stage, u4, written
 from . import records as of
 from .hits import camera_rays, nearest, take3
 from .images import sky
 from .light import direct_light
+from .microfacets import roughen, share_lobes
 from .skins import color_of, number_of, places, tint
 from .spawn import (
     AHEAD,
@@ -46,6 +47,7 @@ from .waves import (
     next_generation,
     note_escaped,
     note_hits,
+    renewed,
     shading,
     some_weights,
     sorted_out,
@@ -91,19 +93,19 @@ def find(scene, is_first, rays, counters):
     """whitted._closest_hits: prim, t, normal, toward."""
     trees, n = scene.trees, len(rays.t_max)
     if is_first:
-        return nearest(scene.shapes, trees.address[0], trees.first, rays.origin, rays.direction, counters)
-    camera = 0
+        return nearest(scene.shapes, trees, of.FIRST, rays.origin, rays.direction, counters)
+    camera, address = 0, trees.address
     for i in range(n):
         camera += rays.kind[i] == CAMERA_RAY
-    if camera == 0 or trees.address[1] == trees.address[2]:
-        return nearest(scene.shapes, trees.address[2], trees.later, rays.origin, rays.direction, counters)
+    same = address[of.CAMERA, 0] == address[of.LATER, 0] and address[of.CAMERA, 1] == address[of.LATER, 1]
+    if camera == 0 or same:
+        return nearest(scene.shapes, trees, of.LATER, rays.origin, rays.direction, counters)
     prim, t, normal, toward = np.empty(n, np.int32), np.empty(n), np.empty((3, n), F), np.empty(n)
     for which in range(2):
         some = np.nonzero((rays.kind == CAMERA_RAY) == (which == 0))[0]
-        ids = trees.camera if which == 0 else trees.later
         p, s, a, b = nearest(
-            scene.shapes, trees.address[1 + which], ids, take3(rays.origin, some), take3(rays.direction, some), counters
-        )  # fmt: skip
+            scene.shapes, trees, of.CAMERA + which, take3(rays.origin, some), take3(rays.direction, some), counters
+        )
         for k in range(len(some)):
             i = some[k]
             prim[i], t[i], toward[i] = p[k], s[k], b[k]
@@ -158,16 +160,30 @@ def spawn(
     share, buffer, ended, counters,
 ):  # fmt: skip
     """spawn.spawn of hits (n,): the next wave."""
-    rules, skins, solids, n = scene.rules, scene.skins, scene.solids, len(prim)
-    cos_o = np.empty(n, F)
-    for i in range(n):
-        cos_o[i] = dot(wo[0, i], wo[1, i], wo[2, i], n_shading[0, i], n_shading[1, i], n_shading[2, i])
+    rules, skins, solids = scene.rules, scene.skins, scene.solids
+    # Rough hits leave by microfacets, those of camera rays by several each.
+    is_rough = rules.whole[of.ROUGH] != 0
+    facets = roughen(
+        skins, rules.whole[of.ROUGH], pixels.key, len(pixels.u), first, rays, surface, place, share, wo, n_shading,
+        n_geometric,
+    )  # fmt: skip
+    if len(facets.index):
+        index = facets.index
+        rays = renewed(chosen(rays, index), facets.throughput, facets.path)
+        prim, surface, entering, offset, t = prim[index], surface[index], entering[index], offset[index], t[index]
+        point, n_geometric, n_shading = take3(point, index), take3(n_geometric, index), facets.normals
+        wo, outer, place, share = take3(wo, index), take3(outer, index), place[index], share[index]
+    n, cos_o = len(prim), view_cosines(wo, n_shading)
     tinted = color_of(skins, TINT, place, share)
     tint(scene.shapes, skins, scene.images, 6, prim, surface, point, tinted)
     reflected, transmitted, cos_i, eta, blurs = share_out(
         skins, solids, prim, surface, place, share, rays.throughput, entering, cos_o, rays.media, tinted,
         F(rules.real[of.INDIRECT]),
     )  # fmt: skip
+    if is_rough:
+        share_lobes(facets, rays.throughput, eta, reflected, transmitted)
+        for i in range(n):
+            blurs[i] = len(facets.index) > 0 and facets.is_rough[i]
     # Those with a weight, within depth; of these the smallest are cut, as far as the error budget goes.
     weight, sample, factor = followed_weights(rules.whole[of.MAX_DEPTH], rays, reflected, transmitted, eta)
     objects = scene.shapes.object
@@ -199,7 +215,7 @@ def spawn(
     counters[of.N_REFRACTED] += len(bent)
     counters[of.N_STRAIGHT] += len(through)
     vacuum = len(solids.ior) - 1
-    curved = len(scene.shapes.normals) > 0
+    curved = is_rough or len(scene.shapes.normals) > 0
     back = mirror_directions(take3(wo, mirrored), take3(n_shading, mirrored), take3(n_geometric, mirrored), curved)
     on = refracted_directions(
         take3(wo, bent), take3(n_shading, bent), take3(n_geometric, bent), cos_i[bent], eta[bent], curved
@@ -222,7 +238,7 @@ _SCENE = _record(
     _record(
         of.Shapes, f8[2], f8[2], f4[1], f4[2], f4[2], b1[1], i8[1], i8[1], b1[1], b1[1], b1[1], f4[2], u4[1]
     ),
-    _record(of.Trees, _u8[1], i4[1], i4[1], i4[1], i4[1]),
+    _record(of.Trees, _u8[2], i8[2], i4[1]),
     _record(of.Skins, f4[2], f4[2], i8[1], f4[1], f8[1], b1[2], i8[2]),
     _record(of.Images, _u8[1], i8[2], f8[2], f4[2]),
     _record(of.World, i8[1], f4[2], f4[3], f4[1], f4[1], f4[2], f4[4]),

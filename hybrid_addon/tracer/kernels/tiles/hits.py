@@ -61,30 +61,61 @@ def camera_rays(cam, x, y, u, v):
 
 
 @stage
-def intersect(address, ids, origin, direction):
+def one_tree(trees, which, part, origin, direction):
     """embree.TriangleScene.intersect: (n,) int32."""
-    n = origin.shape[1]
+    n, address, start = origin.shape[1], trees.address[which, part], trees.start[which, part]
     found = np.empty((3, n), np.int32)
     if address == 0:
         found[0] = MISS
         return found[0]
     nearest_of(address, origin, direction, found)
-    if len(ids):
+    if start >= 0:
         for i in range(n):
-            found[0, i] = ids[found[0, i]] if found[0, i] >= 0 else MISS
+            found[0, i] = trees.ids[start + found[0, i]] if found[0, i] >= 0 else MISS
     return found[0]
 
 
 @stage
-def nearest(shapes, address, ids, origin, direction, counters):
+def intersect(facets, trees, which, origin, direction):
+    """The same of all that a kind of ray may hit: trees.TwoTrees.intersect, where there are two."""
+    found = one_tree(trees, which, 0, origin, direction)
+    if trees.address[which, 1] == 0:
+        return found
+    other = one_tree(trees, which, 1, origin, direction)
+    t, _, _ = refine(facets, found, origin, direction)
+    t_other, _, _ = refine(facets, other, origin, direction)
+    for i in range(len(found)):
+        if other[i] < 0:
+            continue
+        if found[i] < 0 or t_other[i] < t[i] or (t_other[i] == t[i] and other[i] < found[i]):
+            found[i] = other[i]
+    return found
+
+
+@stage
+def occluded(trees, which, origin, direction, t_max):
+    """PrimitiveSet.occluded among triangles: (n,) bool."""
+    blocked, other = np.zeros(len(t_max), np.bool_), np.zeros(len(t_max), np.bool_)
+    if len(t_max) == 0:
+        return blocked
+    for part in range(2):
+        if trees.address[which, part] != 0:
+            occluded_of(trees.address[which, part], origin, direction, t_max, other)
+            for i in range(len(t_max)):
+                blocked[i] |= other[i]
+    return blocked
+
+
+@stage
+def nearest(shapes, trees, which, origin, direction, counters):
     """PrimitiveSet.nearest among triangles: prim, t, normal, toward."""
-    prim = intersect(address, ids, origin, direction)
+    prim = intersect(shapes.facets, trees, which, origin, direction)
     n = len(prim)
     t, normal, toward = refine(shapes.facets, prim, origin, direction)
     for i in range(n):
         if not t[i] >= 0:
             counters[of.N_SELF_HITS] += 1
-            _retrace(shapes, address, ids, origin, direction, prim, t, normal, toward, i)
+            _retrace(shapes, trees, which, origin, direction, prim, t, normal, toward, i)
     for i in range(n):
         if (
             prim[i] >= 0
@@ -96,7 +127,7 @@ def nearest(shapes, address, ids, origin, direction, counters):
 
 
 @stage
-def _retrace(shapes, address, ids, origin, direction, prim, t, normal, toward, i):
+def _retrace(shapes, trees, which, origin, direction, prim, t, normal, toward, i):
     """PrimitiveSet._retrace, of one ray."""
     start, d = origin[:, i : i + 1].copy(), direction[:, i : i + 1].copy()
     step = D(STEP * largest_component(start[0, 0], start[1, 0], start[2, 0]))
@@ -104,7 +135,7 @@ def _retrace(shapes, address, ids, origin, direction, prim, t, normal, toward, i
         moved = np.empty((3, 1), F)
         for c in range(3):
             moved[c, 0] = F(start[c, 0] + d[c, 0] * step)
-        again = intersect(address, ids, moved, d)
+        again = intersect(shapes.facets, trees, which, moved, d)
         t1, normal1, toward1 = refine(shapes.facets, again, start, d)
         if t1[0] >= 0 or again[0] == MISS:
             prim[i], t[i], toward[i] = again[0], t1[0], toward1[0]

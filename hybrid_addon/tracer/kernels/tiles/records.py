@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a tile is told of a scene: records of arrays, made once for each scene (`prepare/tile_tables.py`).
+"""What a tile is told of a scene: records of arrays, made once for each scene (`integrator/tile_records.py`).
 
 All arrays lie row by row and are not written to. What a scene does not have is an array of no rows, never None: so the
 types are the same for every scene, and nothing is compiled anew.
@@ -35,17 +35,20 @@ class Shapes(NamedTuple):
 
 
 class Trees(NamedTuple):
-    """Embree's scenes, 0 for none: of what camera rays see first, of what they see behind that, of what later rays see,
-    of what casts shadows.
+    """Embree's scenes: of what camera rays see first (FIRST), of what they see behind that (CAMERA), of what later rays
+    see (LATER), of what casts shadows (SHADOW).
 
-    address : (4,) uint64.   first, camera, later, shadow : primitives by number of the triangle there; none: itself.
+    address : (4, 2) uint64, of each a tree of all, or of what stands still, and one of what moves; 0: there is none.
+    start   : (4, 2) int64, where in `ids` (all,) their triangles' numbers among all primitives begin; -1: these have
+              the same numbers.
     """
 
     address: Array
-    first: Array
-    camera: Array
-    later: Array
-    shadow: Array
+    start: Array
+    ids: Array
+
+
+FIRST, CAMERA, LATER, SHADOW = range(4)
 
 
 class Skins(NamedTuple):
@@ -149,19 +152,20 @@ def _starts(widths: dict[str, int]) -> list[int]:
     FAR2, HALF_SIZE, LOBE_RADIUS, OF_TRANSMISSION, RADIANCE, OVER_U, OVER_V, LAMP_WIDTH,
 ) = _starts(LAMP)  # fmt: skip
 
-CAMERA = {
+VIEW = {
     "x": 3, "y": 3, "z": 3, "eye": 3, "view_plane": 4, "resolution": 2, "clip_start": 1, "clip_end": 1, "radius": 1,
     "perspective": 1,
 }  # fmt: skip
 """What there is of a camera, in the order of the numbers."""
-VIEW_X, VIEW_Y, VIEW_Z, EYE, PLANE, RESOLUTION, CLIP_START, CLIP_END, BALL, PERSPECTIVE, CAMERA_WIDTH = _starts(CAMERA)
+VIEW_X, VIEW_Y, VIEW_Z, EYE, PLANE, RESOLUTION, CLIP_START, CLIP_END, BALL, PERSPECTIVE, CAMERA_WIDTH = _starts(VIEW)
 
 SEES = "ALL", "RAY_TRACED", "RASTER"
 SEES_ALL, SEES_RAY_TRACED, SEES_RASTER = range(len(SEES))
 
 
 class Rules(NamedTuple):
-    """Settings and the plan. whole : (len(WHOLE),) int64.   real : (len(REAL),) float64.   camera : of CAMERA.
+    """Settings and the plan. whole : (len(WHOLE),) int64; ROUGH: as how many a camera ray's rough hit counts, 0 where
+    nothing is rough.   real : (len(REAL),) float64.   camera : of CAMERA.
     released : see `film.error_budget.ErrorBudget`."""
 
     whole: Array
@@ -173,12 +177,12 @@ class Rules(NamedTuple):
 WHOLE = (
     "camera_sees", "transparent", "world", "ambient", "diffuse", "specular", "shadows", "faint", "emission", "local",
     "draws", "shadow_samples", "unlit", "light_limit", "limit", "max_depth",
-    "reflection", "refraction", "most_rays", "most_branches", "tints", "objects",
+    "reflection", "refraction", "most_rays", "most_branches", "tints", "objects", "rough",
 )  # fmt: skip
 (
     CAMERA_SEES, TRANSPARENT, HAS_WORLD, HAS_AMBIENT, HAS_DIFFUSE, HAS_SPECULAR, HAS_SHADOWS, FAINT, EMISSION, LOCAL,
     DRAWS, SHADOW_SAMPLES, UNLIT, LIGHT_LIMIT, LIMIT, MAX_DEPTH,
-    HAS_REFLECTION, HAS_REFRACTION, MOST_RAYS, MOST_BRANCHES, TINTS, OBJECTS,
+    HAS_REFLECTION, HAS_REFRACTION, MOST_RAYS, MOST_BRANCHES, TINTS, OBJECTS, ROUGH,
 ) = range(len(WHOLE))  # fmt: skip
 REAL = "indirect", "direct_limit", "indirect_limit", "importance"
 INDIRECT, DIRECT_LIMIT, INDIRECT_LIMIT, IMPORTANCE = range(len(REAL))

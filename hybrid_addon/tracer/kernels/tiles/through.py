@@ -16,7 +16,7 @@ from ..declare import dot, inlined, largest, largest_component, stage
 from ..spawn import fresnel_of
 from . import records as of
 from .highlights import spot_factor
-from .hits import nearest, occluded_of, take3
+from .hits import nearest, occluded, take3
 from .images import dimmed
 from .lamps import shadow_directions, square
 from .skins import color_of, places, tint
@@ -100,7 +100,7 @@ def transmitted_light(scene, origin, wi, t_max, active, visible, cut, counters):
         if len(active) == 0:
             break
         counters[of.N_STEPS] += len(active)
-        prim, t, normal, toward = nearest(shapes, scene.trees.address[3], scene.trees.shadow, origin, wi, counters)
+        prim, t, normal, toward = nearest(shapes, scene.trees, of.SHADOW, origin, wi, counters)
         some = arrive(shapes.opaque, prim, t, active, reach, left, visible)
         crossed, point = prim[some].astype(np.int64), np.empty((3, len(some)))
         for c in range(3):
@@ -225,12 +225,11 @@ def arriving_shares(scene, origin, wi, distance, inside, visible, cut, counters)
     """shadows.visibility of shadow rays (k,): into visible (3, k). cut : (k,) bool, not followed to their ends."""
     tints = scene.rules.whole[of.TINTS] != 0
     some, sent = sent_rays(origin, wi, inside, counters)
-    blocked, t_max, address = np.zeros(len(some), np.bool_), np.empty(len(distance), F), scene.trees.address[3]
+    t_max = np.empty(len(distance), F)
     for k in range(len(distance)):
         t_max[k], cut[k] = distance[k] * F(REACH), True
         visible[0, k], visible[1, k], visible[2, k] = ZERO, ZERO, ZERO
-    if address != 0 and len(some):
-        occluded_of(address, take3(origin, some), take3(wi, some), t_max[some], blocked)
+    blocked = occluded(scene.trees, of.SHADOW, take3(origin, some), take3(wi, some), t_max[some])
     for k in sent:
         cut[k] = False
     free = 0

@@ -57,6 +57,15 @@ def chosen(rays, index):
 
 
 @stage
+def renewed(rays, throughput, path):
+    """The same rays with other throughputs and paths."""
+    return Rays(
+        rays.origin, rays.direction, throughput, rays.sample, rays.depth, rays.straight, rays.t_max, rays.media,
+        rays.kind, rays.unlit, path,
+    )  # fmt: skip
+
+
+@stage
 def highlit(refracts, surface, entering, blurs):
     """(n,) whether lamps light what rays would see that hits reflect, in their highlights."""
     n = len(surface)
