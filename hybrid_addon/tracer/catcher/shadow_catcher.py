@@ -22,6 +22,7 @@ from ..core.constants import REACH_MARGIN
 from ..core.stats import Stats
 from ..core.vectors import dot
 from ..emitters.light import CompiledLight
+from ..film.denoised import denoised_shadow
 from ..film.filter import grow, reach_of_centres
 from ..parallel.pool import workers
 from ..prepare.compiled import CompiledScene
@@ -63,12 +64,26 @@ def raster_shadow(
         for strip in strips_of(x1 - x0, y1 - y0, rows):
             until = strip.deadline(enough, time.perf_counter())
             found.append(_trace(views, scene, rows, strip.rows, stats, until, report))
-        shadowed, plain = (np.concatenate(of_view, axis=1) for of_view in zip(*found, strict=True))
+        means = [np.concatenate(of_view, axis=1) for of_view in zip(*found, strict=True)]
         # What the shadows leave over.
-        with np.errstate(all="ignore"):
-            share = np.where(shadowed == plain, np.float32(1), shadowed / plain)
-        result[pixels] = np.where(np.isfinite(share), share, np.float32(1)).T
+        result[pixels] = _left_over(*means[:2]).T
+        if scene.settings.denoise and scene.plan.soft_shadows:
+            own = np.ones((n, 3), np.float32)
+            own[pixels] = _left_over(*means[2:]).T
+            shape, threads = (y1 - y0, x1 - x0, 3), scene.settings.threads
+
+            def check() -> None:
+                report(0.0)
+
+            result = denoised_shadow(result.reshape(shape), own.reshape(shape), rows, threads, check)
     return result.reshape(y1 - y0, x1 - x0, 3)
+
+
+def _left_over(shadowed: Float32, plain: Float32) -> Float32:
+    """The share (3, m) that shadows leave over of light (3, m): exactly 1 where they take nothing, or there is none."""
+    with np.errstate(all="ignore"):
+        share = np.where(shadowed == plain, np.float32(1), shadowed / plain)
+    return np.where(np.isfinite(share), share, np.float32(1))
 
 
 def _trace(
@@ -81,7 +96,7 @@ def _trace(
     report: Progress,
 ) -> list[Float32]:
     """Radiance (3, m) of the wanted pixels (h, w) of some rows in both views, with the same samples: all that there is
-    time for."""
+    time for. And that of the pixels' own samples alone, if that is to be denoised."""
     samples = scene.settings.samples
     both = [Passes(view, report, wanted, rows) for view in views]
     pixels = np.arange(len(both[0].grid))
@@ -99,7 +114,8 @@ def _trace(
     for passes in both:
         stats.merge(passes.stats)
     inside = both[0].grid.inside()
-    return [passes.pixel_buffer.mean(inside) for passes in both]
+    means = [passes.pixel_buffer.mean(inside) for passes in both]
+    return [*means, *(passes.pixel_buffer.own_mean(inside) for passes in both if scene.settings.denoise)]
 
 
 # ------------------------------------------------------------------------------------------------ which pixels

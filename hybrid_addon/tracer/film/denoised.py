@@ -121,6 +121,27 @@ def _shares(passes: dict[str, Float32], denoiser: Denoiser) -> tuple[Float32, Bo
     with np.errstate(all="ignore"):
         known = np.where(np.isfinite(share), share, 0).sum(axis=2) / np.maximum(brings.sum(axis=2), 1)
     share = np.clip(np.where(np.isfinite(share), share, known[..., None]), 0, 1).astype(np.float32)
+    return _without_noise(share, there, denoiser)
+
+
+def denoised_shadow(
+    shadow: Float32, own: Float32, there: Bools, threads: int, check: Callable[[], None] | None
+) -> Float32:
+    """`Film.shadow` (h, w, 3) without noise, where there is a denoiser; else as it is.
+
+    own : (h, w, 3) the same of each pixel's own samples.   there : (h, w) where shadows were worked out; 1 elsewhere.
+    threads, check : see `denoised`.
+    """
+    try:
+        with Denoiser(threads, check) as denoiser:
+            clean, differs = _without_noise(np.clip(own, 0, 1), there, denoiser)
+    except DenoiserError:
+        return shadow
+    return np.where(differs[..., None], clean, shadow)
+
+
+def _without_noise(share: Float32, there: Bools, denoiser: Denoiser) -> tuple[Float32, Bools]:
+    """Shares (h, w, 3) of light denoised; and the pixels (h, w) around which they differ. there: (h, w), some is."""
     differs = np.zeros(there.shape, bool)
     for of_channel in np.moveaxis(share, 2, 0):
         least = _extreme(np.where(there, of_channel, np.float32(np.inf)), np.minimum, AROUND)

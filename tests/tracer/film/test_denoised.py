@@ -197,3 +197,17 @@ def test_where_nothing_is_random_or_nothing_is_found_the_picture_is_the_same(pla
     found = trace(plates, CLEAN)
     assert "not found" in found.denoising["why_not"] and not found.passes
     assert np.array_equal(found.radiance, trace(plates, PLAIN).radiance)
+
+
+def test_soft_shadows_on_the_raster_are_denoised_too(shade):
+    parts = tuple(replace(i, ray_traced=n == 1) for n, i in enumerate(shade.instances))
+    scene, caught = replace(shade, instances=parts), replace(PLAIN, raster_shadows=True, camera_sees="RAY_TRACED")
+    nothing = np.zeros((HEIGHT, WIDTH), np.float32)
+    right, plain, more, clean = (
+        trace(scene, replace(caught, **settings), nothing).shadow
+        for settings in ({"samples": 100}, {}, {"samples": 16}, {"denoise": True})
+    )
+    error = [float(np.sqrt(np.mean(np.square(shadow - right)))) for shadow in (plain, more, clean)]
+    assert error[2] < error[1] < error[0]
+    same = (clean == plain).all(axis=2)
+    assert same[:, WIDTH // 2 - 1].all() and same[:, 0].all() and not same.all()
