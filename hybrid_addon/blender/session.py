@@ -30,7 +30,7 @@ SHORTEST_TAIL = 0.02
 """Seconds for it, however few the pixels."""
 
 
-OF_LAYERS = ("mask_pixels", "mask_coverage", "counts", "rays", "hits", "error", "time")
+OF_LAYERS = ("mask_pixels", "mask_coverage", "counts", "rays", "hits", "error", "denoising", "time")
 """Keys of a report that differ from one hybrid view layer to another."""
 
 
