@@ -119,8 +119,8 @@ def _trace(socket: Socket) -> tuple[Node | None, str, Socket, Any]:
         step = _through(b_link.from_node, b_link.from_socket, socket.groups)
         if step is None:
             return Node(b_link.from_node, socket.groups), b_link.from_socket.name, socket, b_link.from_socket
-        if step.b_socket is None:
-            return None, "", socket, None
+        if step.b_socket is None or (b_link.from_node.mute and _link(step.b_socket) is None):
+            return None, "", socket, None  # Blender takes links to muted nodes away that lead to nothing
         socket = step
     return None, "", socket, None
 

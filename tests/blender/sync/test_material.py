@@ -306,6 +306,17 @@ def test_value_and_colour_nodes_reroutes_and_mutes_are_looked_through(material):
     assert list(material.warn) == []
 
 
+def test_a_muted_node_that_nothing_is_linked_to_is_as_if_not_linked(material):
+    """EEVEE and Cycles show the input's own colour, not the muted node's."""
+    b_node, b_hue = (
+        material.add("ShaderNodeEmission"),
+        material.add("ShaderNodeHueSaturation", Color=(0.7, 0.2, 0.1, 1)),
+    )
+    b_node.inputs["Color"].default_value, b_hue.mute = (*GOLD, 1), True
+    material.link(b_hue.outputs[0], b_node.inputs["Color"])
+    assert material.shade(b_node).emission == pytest.approx(GOLD)
+
+
 @pytest.mark.parametrize(("fed", "expected"), [(2.5, 1.0), (-1.0, 0.0)])
 def test_numbers_that_a_socket_would_not_allow_are_clamped(material, fed, expected):
     b_value, b_node = material.add("ShaderNodeValue"), material.add("ShaderNodeBsdfPrincipled")
