@@ -143,11 +143,27 @@ class Oracle:
         result = sum(w * self.answer(c, k, p, n, entering, d, depth, inside) for w, c in closures(self.surfaces[k]))
         return result * self.absorbed(inside, t)
 
+    def let_in(self, k, p):
+        """Of the world's diffuse light, what gets into the closed body of a triangle or ball: an integrating sphere."""
+        through, kept, matte = np.zeros((3, 3))
+        for w, c in closures(self.surfaces[k]):
+            f0, glass = ((c.ior - 1) / (c.ior + 1)) ** 2, w * (1 - c.reflectivity) * (1 - c.opacity)
+            mean = 0 if c.ior == 1 else f0 + (1 - f0) / 21
+            back = min(max(1 - (1 - mean) / c.ior**2, 0), 1)
+            through = through + glass * np.array(c.transmission_tint) * (1 - back)
+            matte = matte + w * (1 - c.reflectivity) * c.opacity * self.color(k, p, c.base_color)
+            kept = kept + w * c.reflectivity * np.array(c.reflection_tint) + glass * back
+        if not matte.any():
+            return 1
+        with np.errstate(all="ignore"):
+            return np.where(through > 0, np.minimum(through / np.maximum(1 - kept - matte, through), 1), 1)
+
     def answer(self, s, k, p, n, entering, d, depth, inside):
         """What one closure sends back along d."""
         cos, color = -(n @ d), self.color(k, p, s.base_color)
         result = np.array(s.emission, float)
-        local = s.ambient * color * self.scene.world.radiance
+        world = 1 if entering or self.size[self.body[k]] is None else self.let_in(k, p)
+        local = s.ambient * color * self.scene.world.radiance * world
         for light in self.scene.lights:
             if isinstance(light, SunLight):
                 wi, distance, strength = np.array(light.direction), np.inf, np.array(light.irradiance)

@@ -92,10 +92,9 @@ GGX = ("BsdfRefraction",)
 """Nodes whose distribution is set to GGX: Cycles has Beckmann there at first, EEVEE GGX whatever is set."""
 
 _DARK = "EEVEE keeps reflectances in 6 bits: 2 % of so dark a ball"
-_INSIDE = "the ball's own inside: Cycles shadows it, EEVEE does not draw it, rays see it lit by all of the world"
+_INSIDE = "the sun goes straight through glass to the inside, in Cycles bent, to another place"
 _LOST = "Cycles loses up to 5 % of the light in glass so rough, ours none"
 WHY: dict[str, str] = {
-    "Principled, Alpha": _INSIDE,
     "Principled, Transmission Weight": _INSIDE,
     "Principled, Transmission Weight, rough": f"{_INSIDE}; {_LOST}",
     "Mix, Glass and Diffuse": _INSIDE,

@@ -76,7 +76,7 @@ class Geometry:
     instanced: Instanced | None  # meshes that are kept once; None: all are flattened
     bounds_radius: float  # of a ball around the centre that holds the whole scene; infinite if there are planes
     cast: Cast | None = None  # what rays (3, n) of expressions hit; None: none asks
-    enclosed: Bools | None = None  # (objects,) closed meshes that light comes through; None: there is none
+    enclosed: Bools | None = None  # (objects,) closed bodies that light may come into through their walls; None: none
 
     @cached_property
     def heights(self) -> Float32:

@@ -59,6 +59,7 @@ def _obstacles(scene: CompiledScene, seen: PrimitiveSet, aovs: list[str]) -> Ite
         "thin films": bool(table.filmed.any()),
         "translucent surfaces": bool(table.translucent.any()),
         "brushed surfaces": bool(table.brushed.any()),
+        "insides of closed bodies": g.enclosed is not None and bool(table.admits.any()),
         "light from below surfaces": bool(table.scatters.any()),
         "layers that vary": bool((table.layered & ~table.tabulated.known).any()),
         "a very wide lens": is_wide(scene.camera),

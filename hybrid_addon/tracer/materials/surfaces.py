@@ -94,6 +94,11 @@ class SurfaceTable:
         result: Bools = np.bincount(self.owner, closures, minlength=len(self.owner)) > 0
         return result
 
+    @property
+    def admits(self) -> Bools:
+        """(s,) whether it may let some of the light through, and scatter some."""
+        return self.transmits & self.shades_ambient
+
     @cached_property
     def mixes_glass(self) -> bool:
         """Whether some sum refracts by more than one closure."""

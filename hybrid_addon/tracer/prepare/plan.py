@@ -236,7 +236,7 @@ def make_plan(
         rough=rough,
         crowded=bool((table.closure_count[reachable] > MOST_CLOSURES).any()) or table.disperses,
         lit_fog=bool(lit_fog),
-        probed=geometry.enclosed is not None or bool(table.scatters[reachable].any()),
+        probed=bool((table.scatters | (table.translucent & (geometry.enclosed is not None)))[reachable].any()),
         occlusion=occlusion,
         raster_shadows=raster_shadows,
         screen_space=shown,

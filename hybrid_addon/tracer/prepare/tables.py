@@ -88,8 +88,9 @@ def _apart(scene: Scene, surfaces: SurfaceTable) -> Bools | None:
 
 
 def _enclosed(scene: Scene, surfaces: SurfaceTable) -> Bools | None:
-    """(objects,) of translucent meshes those that are closed: their insides see nothing of what is around them."""
-    worn = surfaces.owner[surfaces.translucent]
+    """(objects,) of bodies whose walls let light through and scatter it those that are closed: their insides see what
+    is around them through their walls alone."""
+    worn = surfaces.owner[surfaces.translucent | surfaces.admits]
     found, known = np.zeros(len(scene.names), bool), dict[int, bool]()
     for number, instance in enumerate(scene.instances if len(worn) else ()):
         if not np.isin(worn, instance.surfaces).any():
@@ -97,6 +98,8 @@ def _enclosed(scene: Scene, surfaces: SurfaceTable) -> Bools | None:
         if instance.mesh not in known:
             known[instance.mesh] = closed_by_number(scene.meshes[instance.mesh].triangles.astype(np.intp))
         found[number] = known[instance.mesh]
+    for number, ball in enumerate(scene.spheres, len(scene.instances)):
+        found[number] = ball.surface in worn
     return found if found.any() else None
 
 

@@ -23,7 +23,8 @@ from ..film.error_budget import budget_units
 from ..geometry.flatten import Geometry
 from ..materials.columns import HitValues
 from ..materials.dispersion import spectral_ior
-from ..materials.fields import limited
+from ..materials.enclosure import wall_shares
+from ..materials.fields import fields_of, limited
 from ..materials.surfaces import SurfaceTable
 from ..prepare.compiled import CompiledScene
 from .evaluate import hit_groups, resolve
@@ -69,11 +70,12 @@ def closures_at(
     """
     table = at.table
     if not table.closure_count.take(at.surface).any():
-        return ClosureHits(rays, resolve(scene.geometry, at, t), t)
+        return ClosureHits(rays, resolve(scene.geometry, replace(at, let_in=_let_in(scene.geometry, at, t)), t), t)
     # Each closure, and its weight here.
     owner, row, part = table.closures_of(at.surface)
     way = at.face, at.surface, at.point, at.entering, at.n_shading, at.wo, t, at.came
     weight = closure_weights(scene.geometry, table, *way, owner, row, part)
+    let_in = _let_in(scene.geometry, at, t, (owner, row, weight))
     if len(rays.closure):
         weight = _as_entered(table, rays, at, owner, row, weight)
     # Those that bring something; of too many, those that are drawn.
@@ -89,11 +91,43 @@ def closures_at(
     # One hit for each.
     rays_of = rays.take(owner)
     rays_of = replace(rays_of, throughput=rays_of.throughput * weight, path=closure_path(rays_of.path, part))
-    of = replace(at.take(owner), surface=row, values=HitValues(table.columns, row), share=_shares(owner, weight))
+    of = replace(at, let_in=let_in).take(owner)
+    of = replace(of, surface=row, values=HitValues(table.columns, row), share=_shares(owner, weight))
     of = resolve(scene.geometry, of, t[owner])
     if table.disperses:
         of = _dispersed(of, None if wavelength is None else wavelength[owner])
     return ClosureHits(rays_of, of, t[owner], owner, weight, left_out)
+
+
+def _let_in(
+    geometry: Geometry, at: Interaction, t: Float64, closures: tuple[Numbers, Numbers, Float32] | None = None
+) -> Float32 | None:
+    """(3, n) of the world's light, what gets to hits (n,) on insides of closed bodies, as if all of the body were as it
+    is there (see `enclosure`). None: all of it, everywhere.
+
+    closures : which of the hits each closure is at, its column, and its weight (3, m); None: each hit's own surface.
+    """
+    if geometry.enclosed is None:
+        return None
+    inside = geometry.enclosed.take(geometry.object.take(at.prim)) & ~at.entering & at.table.admits.take(at.surface)
+    if not inside.any():
+        return None
+    alone = np.arange(len(inside)), at.surface, np.ones((3, len(inside)), np.float32)
+    owner, row, weight = alone if closures is None else closures
+    own = flatnonzero(inside[owner])
+    owner, row, weight = owner[own], row[own], weight[:, own]
+    place = at.take(owner)
+    way = place.face, row, place.point, place.entering, place.n_shading, place.wo, t[owner], place.came
+    groups = {one.number: one.evaluate for one in hit_groups(geometry, at.table, *way)}
+    passed, lost, total = np.zeros((3, *at.wo.shape))
+    for number in np.unique(row).tolist():  # each has a column of its own: no hit comes twice
+        some = flatnonzero(row == number)
+        shares = wall_shares(fields_of(at.table.surfaces[number], groups.get(number), at.table.known[0][number]))
+        passed[:, owner[some]] += weight[:, some] * shares[0]
+        lost[:, owner[some]] += weight[:, some] * shares[1]
+        total[:, owner[some]] += weight[:, some]
+    lost = np.maximum(lost + 1 - total, 0)  # what no closure answers is black, and a sum above 1 glows
+    return np.where(passed > 0, passed / np.where(passed > 0, passed + lost, 1), 1).astype(np.float32)
 
 
 def _drawn(

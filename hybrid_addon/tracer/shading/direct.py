@@ -248,9 +248,14 @@ def _add_ambient(
 
     color : (3, n), base_color of the hits.   soft : (2, 3, n), see `DirectLight`.
     """
+    let_in = hit.let_in  # translucent surfaces are lit from their other side
+    if let_in is not None:
+        let_in = np.where(hit.table.translucent.take(hit.surface), np.float32(1), let_in)
     lit = select(hit.table.shades_ambient.take(hit.surface))
     if count(lit, len(hit.prim)):
         color = take(color, lit) * hit.value("ambient", lit)
+        if let_in is not None:
+            color *= take(let_in, lit)
         color = color * scene.world.irradiance_over_pi(take(hit.n_shading, lit))
         if scene.occluders is not None and hit.draws is not None:
             share = open_share(scene, scene.occluders, hit, lit, stats)
@@ -270,6 +275,8 @@ def _add_ambient(
             index = rough if isinstance(blurred, slice) else take(blurred, rough)
             wide = hit.value(f"{name}_roughness", index)
             image = scene.world.glossy(mirrored(take(wo, rough), take(n, rough), wide), wide)
+            if let_in is not None:
+                image = image * take(let_in, index)
             add(radiance, index, take(weight, rough) * image)
 
 

@@ -49,6 +49,7 @@ class Interaction:
     came        : how the rays came that hit; None: no surface asks
     sides       : the media around hits where more than one surface is passed; None: nowhere
     share       : (n,) float32, of the weights of all closures there, that of this one; None: it is alone
+    let_in      : (3, n) float32, of the world's light what gets to insides of closed bodies; None: all of it
     """
 
     prim: Numbers
@@ -70,6 +71,7 @@ class Interaction:
     sides: Sides | None = None
     tangent: Float32 | None = None
     share: Float32 | None = None
+    let_in: Float32 | None = None
 
     @property
     def ior(self) -> Float64:
@@ -147,6 +149,7 @@ class Interaction:
             sides=None if self.sides is None else self.sides.take(index),
             tangent=None if self.tangent is None else take(self.tangent, index),
             share=None if self.share is None else take(self.share, index),
+            let_in=None if self.let_in is None else take(self.let_in, index),
         )
 
 
