@@ -70,7 +70,8 @@ def closures_at(
     """
     table = at.table
     if not table.closure_count.take(at.surface).any():
-        return ClosureHits(rays, resolve(scene.geometry, replace(at, let_in=_let_in(scene.geometry, at, t)), t), t)
+        let_in = _let_in(scene.geometry, at, t)
+        return ClosureHits(rays, resolve(scene.geometry, at if let_in is None else replace(at, let_in=let_in), t), t)
     # Each closure, and its weight here.
     owner, row, part = table.closures_of(at.surface)
     way = at.face, at.surface, at.point, at.entering, at.n_shading, at.wo, t, at.came
