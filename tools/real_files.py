@@ -129,10 +129,11 @@ def _pictures(scene: Any, stem: Path, advice: dict[str, Any]) -> list[Path]:
         written.append(picture)
     for warning in dict.fromkeys(reports["hybrid"]["warnings"]):
         print(f"REAL warning: {warning}")
-    hybrid_report, expected = reports["hybrid"], sum(entry["seconds"] for entry in advice["objects"])
+    hybrid_report, expected = reports["hybrid"], advice["shadows"] + sum(e["seconds"] for e in advice["objects"])
     broken = {name: count for name, count in hybrid_report["invariants"].items() if count} or "none"
     covered, spent = hybrid_report["mask_coverage"] * 100, hybrid_report["time"].get("trace", {}).get("wall", 0.0)
-    print(f"REAL traced {covered:.1f} % in {spent:.2f} s, expected {expected:.2f} s; broken invariants: {broken}")
+    estimate = f"expected {expected:.2f} s (x {expected / max(spent, 0.01):.2f})"
+    print(f"REAL traced {covered:.1f} % in {spent:.2f} s, {estimate}; broken invariants: {broken}")
     stem.with_name(f"{stem.name}.json").write_text(
         json.dumps({"advice": advice, **reports}, indent=1), encoding="utf-8"
     )

@@ -180,6 +180,7 @@ def _before_render(scene: bpy.types.Scene, *_args: Any) -> None:
     """
     others_handlers.stand_first(_evaluation_begins)
     growing.render_begins()
+    messages.render_begins(scene)
     if bpy.app.background:
         scene_setup.sync_all()  # the scenes that its compositor shows, too
         scene_setup.sync(scene)  # it last: scenes may share a compositor
@@ -210,6 +211,7 @@ def _frame_begins(scene: bpy.types.Scene, *_args: Any) -> None:
     trace_scenes.attach()  # handlers may have chosen another camera for this frame
     others_handlers.frame_begins(scene)
     session.begin_frame(scene.name, growing.slot())
+    messages.frame_begins(scene)
 
 
 @persistent

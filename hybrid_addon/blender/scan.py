@@ -13,9 +13,9 @@ import bpy
 import numpy as np
 
 from .. import memory
-from ..scene import Raster, Scene
+from ..scene import Raster, Scene, Settings
 from .errors import HybridError, TooLarge, require_tracer
-from .pipeline import evaluated, scene_setup
+from .pipeline import evaluated, scene_setup, transmission
 from .render import eevee_half
 from .render.settings import body_warnings, public_settings, tracer_settings
 
@@ -75,14 +75,15 @@ def _with_raster(scene: bpy.types.Scene, translation: Translation) -> Scene:
 def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
     """Which objects of this scene need rays, why, how much of the picture they cover, and what rays would cost.
 
-    Traces a coarse picture of about 20 000 pixels; renders nothing, changes nothing. Keys: scene, objects (those that
-    need rays, or are ray traced: see `report.advice.advice`), others (the same of all others in view), notes (what
-    other settings would bring), build (seconds), basis (how the cost was estimated), warnings. Raises HybridError.
+    Traces a coarse picture of about 20 000 pixels, and small ones as a render would; renders nothing, changes nothing.
+    Keys: scene, objects (those that need rays, or are ray traced: see `report.advice.advice`), others (the same of all
+    others in view), notes (what other settings would bring), shadows (seconds for the shadows of these objects on what
+    EEVEE draws, 0 if they are not traced), build (seconds), basis (how the cost was estimated), warnings. Raises
+    HybridError.
     """
     require_tracer()
-    from ..report.advice import advice, is_worth, rough_note
+    from ..report.advice import advice, is_worth, rough_note, shared_out
     from ..tracer.integrator.survey import survey
-    from ..tracer.sampling.adaptive import looks
 
     scene = scene or bpy.context.scene
     translation = translated(scene)
@@ -92,25 +93,89 @@ def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
         found = survey(translation.scene, settings, frozenset(blended))
     ray_traced = {ob.name for ob in scene_setup.ray_traced_objects(scene)}
     width, height = full_size(scene)
-    threads = settings.threads or os.cpu_count() or 1
-    passes = 1 + (len(looks(settings.samples)) if settings.adaptive > 0 else 0)
     everything = advice(
         found, translation.owners, ray_traced,
-        pixels=width * height, samples=settings.samples, passes=passes, threads=threads,
+        pixels=width * height, samples=settings.samples, threads=settings.threads or os.cpu_count() or 1,
         surfaces=[surface.name for surface in translation.scene.surfaces],
         materials=[b_material.name for b_material in scene_setup.ray_traced_materials(scene)],
     )  # fmt: skip
-    note = rough_note(everything)
+    notes, shadows, chosen = [rough_note(everything)], 0.0, [entry for entry in everything if is_worth(entry)]
+    if chosen:
+        choice, clear = _shadows(scene, chosen)
+        with _in_one_line():
+            seconds, shadows = _rehearsed(translation, settings, found.front, chosen, choice != "OFF" or clear)
+        everything = shared_out(everything, seconds)
+        if choice == "OFF":
+            notes += [TRACED_SHADOWS.format(shadows)] if clear else []
+            shadows = 0.0
     return {
         "scene": scene.name,
         "objects": [entry for entry in everything if is_worth(entry)],
         "others": [entry for entry in everything if not is_worth(entry)],
-        "notes": [note] if note else [],
+        "notes": [note for note in notes if note],
+        "shadows": shadows,
         "build": found.build,
-        "basis": f"an estimate for {width} x {height} with {settings.samples} samples: rays counted in a coarse picture"
-        f", at {threads / found.seconds_per_ray / 1e6:.2g} million a second, measured there",
+        "basis": f"an estimate for {width} x {height} with {settings.samples} samples, from small pictures traced here",
         "warnings": list(translation.warnings),
     }
+
+
+TRACED_SHADOWS = "EEVEE draws the shadows of what is clear black: Traced Shadows let light through, about {:.2g} s"
+
+REHEARSAL_SECONDS, LEAST_REHEARSAL, MOST_SAMPLES = 1.0, 1000, 16
+"""How long a rehearsal should take, by the survey's rays; pixels that it has at least; samples, at most."""
+
+
+def _shadows(scene: bpy.types.Scene, chosen: list[dict[str, Any]]) -> tuple[str, bool]:
+    """ON or OFF: whether a render traces the shadows of these on what EEVEE draws; whether any of them is clear."""
+    objects = [ob for entry in chosen if (ob := scene.objects.get(entry["object"])) is not None]
+    clear = transmission.transmit(scene, objects, scene_setup.ray_traced_materials(scene))
+    choice = scene.hybrid.traced_shadows
+    if scene.hybrid.mode != "HYBRID":
+        return "OFF", False
+    return (
+        "ON" if choice == "ON" or (choice == "AUTO" and (clear or scene.hybrid.caustics != "NONE")) else "OFF"
+    ), clear
+
+
+def _rehearsed(
+    translation: Translation, settings: Settings, front: np.ndarray, chosen: list[dict[str, Any]], shadows: bool
+) -> tuple[float, float]:
+    """Seconds that a render takes to trace these, and for their shadows: small pictures are traced as it traces.
+
+    Two of them tell what a pixel costs, and what a picture costs beside. front: the survey's.
+    """
+    from ..tracer import trace
+    from ..tracer.integrator.survey import coarse
+
+    names, parts = {e["object"] for e in chosen if not e["materials"]}, {m for e in chosen for m in e["materials"]}
+    ours, owners = translation.scene, translation.owners
+    pairs = zip(ours.instances, owners, strict=False)  # spheres and planes, of which Blender has none, come after
+    flagged = replace(
+        ours,
+        instances=[replace(each, ray_traced=each.ray_traced or owner in names) for each, owner in pairs],
+        surfaces=[replace(s, ray_traced=s.ray_traced or s.name in parts) for s in ours.surfaces],
+    )  # fmt: skip
+    shown = np.append([owner in names | {e["object"] for e in chosen} for owner in owners], False)[front]
+    pixels, samples = ours.camera.resolution[0] * ours.camera.resolution[1], min(settings.samples, MOST_SAMPLES)
+    known = sum(entry["seconds"] for entry in chosen) * samples / settings.samples
+    size = min(max(pixels * REHEARSAL_SECONDS / max(known, 1e-9), LEAST_REHEARSAL), front.size, pixels)
+
+    def take(size: float, shadows: bool) -> tuple[int, float]:
+        camera = coarse(ours.camera, size)
+        width, height = camera.resolution
+        rows, columns = (np.arange(n) * m // n for n, m in zip((height, width), front.shape, strict=True))
+        mask = None if settings.camera_sees == "ALL" else shown[np.ix_(rows, columns)].astype(np.float32)
+        small = replace(settings, samples=samples, raster_shadows=shadows, passes=frozenset(), fill=False)
+        film = trace(replace(flagged, camera=camera), small, mask)
+        return width * height, film.time["trace"]["wall"]
+
+    (few, short), (many, long) = take(size / 4, False), take(size, False)
+    each = max(long - short, 0.25 * long) / max(many - few, 1)  # a clock that jumps must not make pixels free
+    seconds = max(long - each * many, 0.0) + each * pixels * settings.samples / samples
+    if not shadows:
+        return seconds, 0.0
+    return seconds, max(take(size, True)[1] - long, 0.0) * pixels / many * settings.samples / samples
 
 
 def explain(x: int, y: int, scene: bpy.types.Scene | None = None) -> str:

@@ -34,7 +34,6 @@ def advice(
     *,
     pixels: int,
     samples: int,
-    passes: int,
     threads: int,
     surfaces: Sequence[str] = (),
     materials: Collection[str] = (),
@@ -42,8 +41,8 @@ def advice(
     """What is known of each object that the survey met or that is ray traced; those that matter most first.
 
     owners  : of each of the survey's objects the one to flag.   ray traced : those that are.
-    pixels, samples, passes, threads : of the render whose cost is estimated. Each pass over its pixels has as many
-    waves as the survey; what these cost by themselves is shared out among the objects by their rays.
+    pixels, samples, threads : of the render whose cost is estimated, by the rays of each object alone; `shared_out`
+    makes it what a rehearsal took.
     surfaces : names of the scene's.   materials : those that are ray traced by themselves.
 
     Each: object, materials (those of it that need rays, where the rest does not; else none: all of it), coverage (share
@@ -64,10 +63,9 @@ def advice(
     needs, if_rough = of(survey.pixels * survey.needs) / lit, of(survey.pixels * survey.if_rough) / lit
     shares = [of(survey.pixels * share) / lit for share in survey.shares]
     rays = of(survey.rays) / survey.all_pixels * pixels * samples
-    waves = survey.seconds_per_wave * survey.waves * passes
     parts = _parts(survey, number, of(survey.rays), surfaces) if surfaces else {}
     shown_traced = _wearers(survey, number, surfaces, materials)
-    each = survey.seconds_per_ray / threads + waves / max(_chosen_rays(names, rays, needs, ray_traced), 1.0)
+    each = survey.seconds_per_ray / threads
     found = [
         {
             "object": name,
@@ -115,10 +113,10 @@ def _wearers(survey: Survey, number: NDArray[np.intp], surfaces: Sequence[str], 
     }
 
 
-def _chosen_rays(names: Sequence[str], rays: np.ndarray, needs: np.ndarray, ray_traced: set[str]) -> float:
-    """Of the objects that are or should be ray traced; of all if there are none."""
-    chosen = (needs >= LEAST_SHARE) | np.array([name in ray_traced for name in names], bool)
-    return float(rays[chosen].sum() if chosen.any() else rays.sum())
+def shared_out(entries: Sequence[dict[str, Any]], seconds: float) -> list[dict[str, Any]]:
+    """The same, so that those that are worth rays take so many seconds together, each by its rays."""
+    rays = sum(entry["rays"] for entry in entries if is_worth(entry))
+    return [{**entry, "seconds": seconds * entry["rays"] / max(rays, 1)} for entry in entries]
 
 
 def is_worth(entry: dict[str, Any]) -> bool:

@@ -33,11 +33,12 @@ def _advise(arguments: argparse.Namespace) -> None:
 
 def _lines(advice: dict[str, Any]) -> list[str]:
     lines = [("ray traced  " if e["ray_traced"] else "suggested   ") + sentence(e) for e in advice["objects"]]
-    total = sum(entry["seconds"] for entry in advice["objects"])
+    total = sum(entry["seconds"] for entry in advice["objects"]) + advice["shadows"]
+    shadows = f" ({advice['shadows']:.2g} s of them for their shadows)" if advice["shadows"] else ""
     return [
         f"scene {advice['scene']}: " + (advice["basis"] if lines else "nothing here that EEVEE cannot draw"),
         *lines,
-        *([f"all of them: about {total:.2g} s, and {advice['build']:.2g} s to build"] if lines else []),
+        *([f"all of them: about {total:.2g} s{shadows}, and {advice['build']:.2g} s to build"] if lines else []),
         *(f"note: {note}" for note in advice["notes"]),
         *(f"warning: {warning}" for warning in advice["warnings"]),
     ]

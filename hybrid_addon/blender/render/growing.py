@@ -29,6 +29,9 @@ LONGEST_SIDE = 1024
 EVERY_SECONDS = 1.0
 """Between two pictures."""
 
+SOON_SECONDS = 0.2
+"""Until the next look, while nothing is traced yet: the first picture is the one that is waited for."""
+
 SHARE = 0.01
 """Of the time goes into making them, at most: those that take longer are made less often."""
 
@@ -63,12 +66,14 @@ class Growing:
     def _show(self, make: Make) -> None:
         began = time.thread_time()  # what it costs, however long it waits for the workers
         radiance = make(self.step)
-        if radiance.any():
-            picture = radiance
-            if self.raster is not None and self.mask is not None:
-                picture = premultiply(radiance, self.mask)[..., :3] + self.raster[..., :3]
-            now = self.own.so_far
-            self._put(picture, "" if now is None else now.text, 0.0 if now is None else now.fraction)
+        if not radiance.any():
+            self.next = time.perf_counter() + SOON_SECONDS
+            return
+        picture = radiance
+        if self.raster is not None and self.mask is not None:
+            picture = premultiply(radiance, self.mask)[..., :3] + self.raster[..., :3]
+        now = self.own.so_far
+        self._put(picture, "" if now is None else now.text, 0.0 if now is None else now.fraction)
         self.next = time.perf_counter() + max(EVERY_SECONDS, (time.thread_time() - began) / SHARE)
 
     def told(self, phase: str, fraction: float) -> str:

@@ -36,6 +36,7 @@ class HybridAdvice(PropertyGroup):
     note: StringProperty()  # type: ignore[valid-type]
     basis: StringProperty()  # type: ignore[valid-type]
     build: FloatProperty()  # type: ignore[valid-type]
+    shadows: FloatProperty()  # type: ignore[valid-type]
     rows: CollectionProperty(type=HybridAdviceRow)  # type: ignore[valid-type]
     active: IntProperty(name="Active Suggestion")  # type: ignore[valid-type]
 
@@ -65,6 +66,7 @@ class HYBRID_OT_advise(bpy.types.Operator):
         advice = context.window_manager.hybrid_advice
         advice.rows.clear()
         advice.scene, advice.basis, advice.build = found["scene"], found["basis"], found["build"]
+        advice.shadows = found["shadows"]
         advice.note = "\n".join(found["notes"])
         for entry in [*found["objects"], *found["others"]]:
             row = advice.rows.add()
@@ -170,9 +172,11 @@ class HYBRID_RENDER_PT_advice(bpy.types.Panel):
                 text = iface("Only some of its materials need rays: {}").format(", ".join(row.materials.splitlines()))
                 paragraph(layout, context, text)
         layout.operator("hybrid.flag_advised", icon="CHECKMARK")
-        total = sum(row.seconds for row in rows)
+        total = sum(row.seconds for row in rows) + advice.shadows
         text = iface("All of them: {}, {:.2g} s to build").format(translated(cost({"seconds": total})), advice.build)
-        paragraph(layout, context, text + ". " + iface("An estimate from a coarse picture traced here"))
+        if advice.shadows:
+            text += "; " + iface("of which {:.2g} s for their shadows").format(advice.shadows)
+        paragraph(layout, context, text + ". " + iface("An estimate from small pictures traced here"))
 
 
 CLASSES = (

@@ -14,7 +14,8 @@ from typing import Any
 import bpy
 from bpy.app.translations import pgettext_n as n_
 
-from .. import session
+from .. import api, session
+from ..errors import HybridError, require_tracer
 from ..flags import flagged_collections
 from ..pipeline import scene_setup, transmission
 from ..render import main_thread
@@ -228,6 +229,26 @@ def say(level: str, text: str) -> None:
         bpy.ops.hybrid.notice("INVOKE_DEFAULT", level=level, text=text)
 
 
+_failed: set[str] = set()  # names of scenes of which a failure has been said since their render began
+
+
+def render_begins(scene: bpy.types.Scene) -> None:
+    """A render of this scene begins."""
+    _failed.discard(scene.name)
+
+
+def frame_begins(scene: bpy.types.Scene) -> None:
+    """A frame begins, on the render's thread, and EEVEE's half comes first: what must fail after it is said now."""
+    if bpy.app.background or not scene_setup.is_active(scene):
+        return
+    try:
+        require_tracer()
+        api.check_camera(scene, scene.camera)
+    except HybridError as error:
+        session.of(scene.name).fail(error)
+        main_thread.post(partial(_tell, scene.name))
+
+
 def render_ended(name: str) -> None:
     """The render of the scene of this name is over, on whichever thread: what it came to is said soon."""
     main_thread.post(partial(_tell, name))
@@ -239,8 +260,10 @@ def _tell(name: str) -> None:
         return
     slots.changed(scene)
     level, text = outcome(scene)
-    if text:
+    if text and not (level == "ERROR" and name in _failed):
         say(level, f"Hybrid: {text}")
+    if level == "ERROR":
+        _failed.add(name)
 
 
 def outcome(scene: bpy.types.Scene) -> tuple[str, str]:

@@ -45,9 +45,6 @@ TAG = 4
 """The row of `Rays.history` after its own: a survey's ray keeps there its number in its wave, and so its children know
 whose they are."""
 
-SHORT_WAVE = 16
-"""Waves of so many times fewer rays than the longest show what a wave costs by itself."""
-
 
 @dataclass(frozen=True, eq=False)
 class Worn:
@@ -72,8 +69,8 @@ class Survey:
     shares : (kinds, o) 0..1, the share of its light of each of KINDS.   needs : (o,) the share of all of them together.
     if_rough : (o,) what `needs` would be if rays followed rough surfaces, too; the same where they do.
     rays   : (o,) camera rays that meet it and all that follow from them, also straight through it, in all.
-    build, seconds_per_ray, seconds_per_wave : what it cost here, on one thread: building, and tracing, shadow rays
-             included: each of `waves` has a cost of its own, however few its rays are.
+    front  : (height, width) the object of which each pixel shows most, -1 where it shows none.
+    build, seconds_per_ray : what it cost here, on one thread: building, and tracing, shadow rays included.
     worn   : the same by the surfaces of each.
     """
 
@@ -83,10 +80,9 @@ class Survey:
     needs: Float64
     if_rough: Float64
     rays: Float64
+    front: Numbers
     build: float
     seconds_per_ray: float
-    seconds_per_wave: float
-    waves: int
     worn: Worn
 
 
@@ -98,7 +94,7 @@ def survey(
     blended : names of surfaces that EEVEE draws blended.   check : called now and then; raises to stop.
     Raises ValueError for scenes that cannot be traced.
     """
-    camera, follows_rough = _coarse(scene.camera), settings.rough_samples > 0
+    camera, follows_rough = coarse(scene.camera, SURVEY_PIXELS), settings.rough_samples > 0
     settings = replace(
         settings, camera_sees="ALL", samples=1, transparent=False, cutoff=max(settings.cutoff, SURVEY_CUTOFF),
         rough_samples=max(settings.rough_samples, 1),
@@ -111,13 +107,13 @@ def survey(
     build = time.perf_counter() - began
     watch = _Watch(compiled, scene, blended, follows_rough)
     _trace(compiled, watch, check)
-    return watch.found(camera.resolution[0] * camera.resolution[1], build)
+    return watch.found(camera.resolution, build)
 
 
-def _coarse(camera: Camera) -> Camera:
-    """The same view in about SURVEY_PIXELS pixels."""
+def coarse(camera: Camera, pixels: float) -> Camera:
+    """The whole view of a camera in about so many pixels, or in its own if these are fewer."""
     width, height = camera.resolution
-    scale = min(1.0, math.sqrt(SURVEY_PIXELS / (width * height)))
+    scale = min(1.0, math.sqrt(pixels / (width * height)))
     size = max(1, round(width * scale)), max(1, round(height * scale))
     return replace(camera, resolution=size, window=(0, 0, *size))
 
@@ -207,8 +203,8 @@ class _Watch:
         self.unseen = self.refracts | (blends & compiled.surfaces.transmits)
         self.sharp = np.array([follows_rough or _least_roughness(s) <= MIRROR_ROUGHNESS for s in surfaces])
         self.objects = len(scene.instances) + len(scene.spheres) + len(scene.planes)
-        self.place, self.shown = np.full((3, n), np.inf), np.zeros(n)
-        self.ended, self.lengths, self.seconds = time.perf_counter(), list[int](), list[float]()
+        self.place, self.shown, self.front = np.full((3, n), np.inf), np.zeros(n), np.full(n, -1)
+        self.began, self.rays = time.perf_counter(), 0
         nothing = np.zeros(0, np.intp)
         self.views = _Views.of(nothing, nothing, np.zeros(0), nothing, np.zeros(0, bool))
         self.view, self.told = np.full(n, -1), np.zeros((len(KINDS), n), bool)
@@ -228,10 +224,7 @@ class _Watch:
         self.view[tag], self.told[:, tag] = view, told
         self.view, self.told = self.view[parent], self.told[:, parent]
         children.history[TAG] = np.arange(len(children))
-        # What the wave took.
-        self.lengths.append(len(rays))
-        self.seconds.append(time.perf_counter() - self.ended)
-        self.ended = time.perf_counter()
+        self.rays += len(rays)
 
     def _meet(self, rays: Rays, hit: Numbers, at: Interaction, view: Numbers, children: Rays) -> None:
         """Camera rays meet surfaces: these are views of their own, by the share of the light that does not go on."""
@@ -250,6 +243,7 @@ class _Watch:
         sample = rays.sample[ray]
         more = weight > self.shown[sample]
         self.shown[sample[more]], self.place[:, sample[more]] = weight[more], at.point[:, met[more]]
+        self.front[sample[more]] = owner[more]
 
     def _kinds(self, rays: Rays, view: Numbers, hit: Numbers, at: Interaction | None) -> Bools:
         """(kinds, n) which of KINDS the rays of a wave are of. One that went straight on is still what it was."""
@@ -293,15 +287,8 @@ class _Watch:
         scale = depth if camera.projection == "PERSP" else np.full(len(depth), right - left)
         return inside & (distance < SAME_PLACE * scale)
 
-    def costs(self) -> tuple[float, float]:
-        """Seconds for each ray, and for each wave: what those take that have few rays."""
-        lengths, seconds = np.array(self.lengths), np.array(self.seconds)
-        short = seconds[lengths <= lengths.max() / SHORT_WAVE]
-        wave = min(float(np.median(short)) if len(short) else 0.0, float(seconds.mean()) / 2)
-        return float(seconds.sum() - wave * len(seconds)) / max(int(lengths.sum()), 1), wave
-
-    def found(self, all_pixels: int, build: float) -> Survey:
-        """What all waves have told, by objects."""
+    def found(self, size: tuple[int, int], build: float) -> Survey:
+        """What all waves have told, by objects. size: width and height of the picture."""
         views = self.views
 
         def of(values: Float64) -> Float64:
@@ -310,19 +297,17 @@ class _Watch:
         # A tint above 1 brings more light than the surface shows of what is white: a share is a share of what it shows.
         pixels = of(views.weight)
         lit = np.where(pixels > 0, pixels, 1)
-        seconds_per_ray, seconds_per_wave = self.costs()
         needs, shares = np.minimum(views.needs, views.weight), np.minimum(views.told, views.weight)
         return Survey(
             pixels=pixels,
-            all_pixels=all_pixels,
+            all_pixels=size[0] * size[1],
             shares=np.array([of(share * views.sharp) for share in shares]) / lit,
             needs=of(needs * views.sharp) / lit,
             if_rough=of(needs) / lit,
             rays=of(views.rays_through()),
+            front=self.front.reshape(size[::-1]),
             build=build,
-            seconds_per_ray=seconds_per_ray,
-            seconds_per_wave=seconds_per_wave,
-            waves=len(self.lengths),
+            seconds_per_ray=(time.perf_counter() - self.began) / max(self.rays, 1),
             worn=self._worn(needs * views.sharp),
         )
 

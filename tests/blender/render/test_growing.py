@@ -44,6 +44,19 @@ def test_a_picture_grows_from_eevees_half_about_once_a_second(scene, clock):
     np.testing.assert_array_equal(own.so_far.picture[1], 0.25)
 
 
+def test_the_first_traced_picture_is_not_waited_for(scene, clock):
+    """A look at nothing costs no second of what comes next."""
+    grows, made = growing.Growing(scene, (0, 0, 4, 2)), []
+
+    def make(step):
+        made.append(clock[0])
+        return np.full((2, 4, 3), clock[0] > 100.2, np.float32)
+
+    for clock[0] in (100.0, 100.1, 100.3, 100.9, 101.4):
+        grows.show(make)
+    assert made == [100.0, 100.3, 101.4]
+
+
 def test_it_says_how_far_it_is_and_how_long_it_takes(scene, clock):
     own = session.of(scene.name)
     grows = growing.Growing(scene, (0, 0, 4, 2))

@@ -7,7 +7,7 @@ import bpy
 import pytest
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender import cli
+from hybrid_addon.blender import cli, scan
 from hybrid_addon.blender.ui import advice
 
 pytestmark = pytest.mark.blender
@@ -71,6 +71,33 @@ def test_the_estimate_is_the_rays_of_the_render(row):
     camera = 320 * 180 * 16
     seen = sum(entry["coverage"] for entry in hybrid.advise(row)["objects"]) * camera
     assert expected == pytest.approx(followed - camera + seen, rel=0.1)
+
+
+def test_shadows_of_clear_things_are_part_of_the_estimate(row):
+    """Where they are traced; where they are not, they are suggested with what they would cost."""
+    bpy.ops.object.light_add(type="SUN", location=(0, 0, 9))
+    row.render.resolution_percentage, row.hybrid.samples = 25, 1
+    found = hybrid.advise(row)
+    assert found["shadows"] > 0 and found["notes"] == []
+    row.hybrid.traced_shadows = "OFF"
+    found = hybrid.advise(row)
+    assert found["shadows"] == 0 and found["notes"][0].startswith("EEVEE draws the shadows of what is clear black")
+
+
+def test_an_estimate_grows_with_what_there_is_to_do(row):
+    row.hybrid.samples, row.hybrid.adaptive = 4, 0.0
+    once = scan._rehearsed
+    asked = []
+
+    def rehearsed(*args):
+        asked.append(once(*args))
+        return asked[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scan, "_rehearsed", rehearsed)
+        found = hybrid.advise(row)
+    assert sum(entry["seconds"] for entry in found["objects"]) == pytest.approx(asked[0][0], rel=1e-6)
+    assert 0 < asked[0][0] < 1000
 
 
 def test_the_list_and_one_click(row):

@@ -218,6 +218,27 @@ def test_a_render_says_once_what_it_came_to(cube):
     assert level == "WARNING" and "hidden in renders" in text
 
 
+def test_what_must_fail_is_said_before_eevee_draws_and_once(cube, monkeypatch):
+    posted, said = [], []
+    in_window = SimpleNamespace(app=SimpleNamespace(background=False), data=bpy.data)
+    monkeypatch.setattr(messages, "bpy", in_window)
+    monkeypatch.setattr(messages.main_thread, "post", posted.append)
+    monkeypatch.setattr(messages, "say", lambda *line: said.append(line))
+    messages.render_begins(cube)
+    messages.frame_begins(cube)
+    assert not posted and session.of(cube.name).error is None
+    cube.camera = cube.objects["Light"]
+    messages.frame_begins(cube)
+    messages.render_ended(cube.name)
+    for work in posted:
+        work()
+    assert len(posted) == 2 and len(said) == 1
+    assert said[0][0] == "ERROR" and "'Light', which is no camera" in said[0][1]
+    messages.render_begins(cube)
+    posted[0]()
+    assert len(said) == 2
+
+
 def test_eevees_raytracing_is_named_where_it_draws_a_mirror(cube):
     cube.eevee.use_raytracing = True
     bpy.ops.mesh.primitive_plane_add()

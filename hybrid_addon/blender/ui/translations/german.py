@@ -241,7 +241,8 @@ GERMAN = {
     "Tick All Suggested": "Alle Vorschläge übernehmen",
     "No object here needs rays": "Kein Objekt hier braucht Raytracing",
     "All of them: {}, {:.2g} s to build": "Alle zusammen: {}, {:.2g} s zum Aufbauen",
-    "An estimate from a coarse picture traced here": "Geschätzt nach einem groben Bild, das hier verfolgt wurde",
+    "of which {:.2g} s for their shadows": "davon {:.2g} s für ihre Schatten",
+    "An estimate from small pictures traced here": "Geschätzt nach kleinen Bildern, die hier verfolgt wurden",
     "Objects that need rays: {}": "Objekte, die Raytracing brauchen: {}",
     # beside fields, and titles of panels
     "Bounces": "Abprallungen",

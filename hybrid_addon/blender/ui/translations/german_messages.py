@@ -49,6 +49,9 @@ MESSAGES = {
     "1 object is rough: set Rough Samples to 1 or more to see what rays bring": (
         "1 Objekt ist rau: Abtastwerte für Rauheit auf 1 oder mehr stellen zeigt, was Raytracing bringt"
     ),
+    "EEVEE draws the shadows of what is clear black: Traced Shadows let light through, about {} s": (
+        "EEVEE zeichnet die Schatten klarer Dinge schwarz: verfolgte Schatten lassen Licht durch, etwa {} s"
+    ),
     "{} objects are rough: set Rough Samples to 1 or more to see what rays bring": (
         "{} Objekte sind rau: Abtastwerte für Rauheit auf 1 oder mehr stellen zeigt, was Raytracing bringt"
     ),
