@@ -122,7 +122,7 @@ def advise(scene: bpy.types.Scene | None = None) -> dict[str, Any]:
 
 TRACED_SHADOWS = "EEVEE draws the shadows of what is clear black: Traced Shadows let light through, about {:.2g} s"
 
-REHEARSAL_SECONDS, LEAST_REHEARSAL, MOST_SAMPLES = 1.0, 1000, 16
+REHEARSAL_SECONDS, LEAST_REHEARSAL, MOST_SAMPLES = 0.3, 500, 16
 """How long a rehearsal should take, by the survey's rays; pixels that it has at least; samples, at most."""
 
 
@@ -133,9 +133,9 @@ def _shadows(scene: bpy.types.Scene, chosen: list[dict[str, Any]]) -> tuple[str,
     choice = scene.hybrid.traced_shadows
     if scene.hybrid.mode != "HYBRID":
         return "OFF", False
-    return (
-        "ON" if choice == "ON" or (choice == "AUTO" and (clear or scene.hybrid.caustics != "NONE")) else "OFF"
-    ), clear
+    if choice == "AUTO":
+        choice = "ON" if clear or scene.hybrid.caustics != "NONE" else "OFF"
+    return choice, clear
 
 
 def _rehearsed(
@@ -153,8 +153,8 @@ def _rehearsed(
     pairs = zip(ours.instances, owners, strict=False)  # spheres and planes, of which Blender has none, come after
     flagged = replace(
         ours,
-        instances=[replace(each, ray_traced=each.ray_traced or owner in names) for each, owner in pairs],
-        surfaces=[replace(s, ray_traced=s.ray_traced or s.name in parts) for s in ours.surfaces],
+        instances=tuple(replace(each, ray_traced=each.ray_traced or owner in names) for each, owner in pairs),
+        surfaces=tuple(replace(s, ray_traced=s.ray_traced or s.name in parts) for s in ours.surfaces),
     )  # fmt: skip
     shown = np.append([owner in names | {e["object"] for e in chosen} for owner in owners], False)[front]
     pixels, samples = ours.camera.resolution[0] * ours.camera.resolution[1], min(settings.samples, MOST_SAMPLES)
@@ -166,16 +166,18 @@ def _rehearsed(
         width, height = camera.resolution
         rows, columns = (np.arange(n) * m // n for n, m in zip((height, width), front.shape, strict=True))
         mask = None if settings.camera_sees == "ALL" else shown[np.ix_(rows, columns)].astype(np.float32)
+        if shadows:  # alone
+            mask = np.zeros((height, width), np.float32)
         small = replace(settings, samples=samples, raster_shadows=shadows, passes=frozenset(), fill=False)
         film = trace(replace(flagged, camera=camera), small, mask)
         return width * height, film.time["trace"]["wall"]
 
-    (few, short), (many, long) = take(size / 4, False), take(size, False)
-    each = max(long - short, 0.25 * long) / max(many - few, 1)  # a clock that jumps must not make pixels free
-    seconds = max(long - each * many, 0.0) + each * pixels * settings.samples / samples
-    if not shadows:
-        return seconds, 0.0
-    return seconds, max(take(size, True)[1] - long, 0.0) * pixels / many * settings.samples / samples
+    def whole(shadows: bool) -> float:
+        (few, short), (many, long) = take(size / 4, shadows), take(size, shadows)
+        each = max(long - short, 0.25 * long) / max(many - few, 1)  # a clock that jumps must not make pixels free
+        return max(long - each * many, 0.0) + each * pixels * settings.samples / samples
+
+    return whole(False), whole(True) if shadows else 0.0
 
 
 def explain(x: int, y: int, scene: bpy.types.Scene | None = None) -> str:

@@ -7,8 +7,9 @@ import bpy
 import pytest
 
 import hybrid_addon as hybrid
-from hybrid_addon.blender import cli, scan
+from hybrid_addon.blender import cli
 from hybrid_addon.blender.ui import advice
+from hybrid_addon.report.advice import shared_out
 
 pytestmark = pytest.mark.blender
 
@@ -84,20 +85,10 @@ def test_shadows_of_clear_things_are_part_of_the_estimate(row):
     assert found["shadows"] == 0 and found["notes"][0].startswith("EEVEE draws the shadows of what is clear black")
 
 
-def test_an_estimate_grows_with_what_there_is_to_do(row):
-    row.hybrid.samples, row.hybrid.adaptive = 4, 0.0
-    once = scan._rehearsed
-    asked = []
-
-    def rehearsed(*args):
-        asked.append(once(*args))
-        return asked[-1]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scan, "_rehearsed", rehearsed)
-        found = hybrid.advise(row)
-    assert sum(entry["seconds"] for entry in found["objects"]) == pytest.approx(asked[0][0], rel=1e-6)
-    assert 0 < asked[0][0] < 1000
+def test_what_a_rehearsal_took_is_shared_out_by_rays():
+    rays = {"A": (30, True), "B": (10, True), "C": (20, False)}
+    entries = [{"object": n, "rays": r, "suggested": s, "ray_traced": False} for n, (r, s) in rays.items()]
+    assert [entry["seconds"] for entry in shared_out(entries, 8.0)] == [6.0, 2.0, 4.0]
 
 
 def test_the_list_and_one_click(row):
