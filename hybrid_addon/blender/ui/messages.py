@@ -19,7 +19,7 @@ from ..errors import HybridError, require_tracer
 from ..flags import flagged_collections
 from ..pipeline import scene_setup, transmission
 from ..render import main_thread
-from .image_editor import picker, slots
+from .image_editor import slots
 from .layout import paragraph
 from .translations import iface, sentence, translated
 
@@ -38,7 +38,7 @@ def draw_state(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         paragraph(layout, context, text, icon="ERROR")
     if not scene.hybrid.enabled:
         return
-    refused = "" if own.error else picker.refusal(scene)
+    refused = "" if own.error else _blind(scene)
     if refused:
         paragraph(layout, context, sentence(refused), icon="ERROR")
     hint = nothing_to_trace(scene)
@@ -46,6 +46,15 @@ def draw_state(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         paragraph(layout, context, iface(hint), icon="INFO")
     elif own.report and own.report["warnings"] and not own.error:
         paragraph(layout, context, counted(len(own.report["warnings"])), icon="ERROR")
+
+
+def _blind(scene: bpy.types.Scene) -> str:
+    """Why nothing can be seen of this scene; "" if something can."""
+    try:
+        api.check_camera(scene, scene.camera)
+    except HybridError as error:
+        return str(error)
+    return ""
 
 
 def counted(warnings: int) -> str:
