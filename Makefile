@@ -36,6 +36,9 @@ docs: venv  ## Build the site from docs/ in build/site; a broken link fails
 	.venv-docs/bin/python -m pip install --quiet --disable-pip-version-check -r tools/docs-requirements.txt
 	.venv-docs/bin/python -m mkdocs build --strict
 
+walks: venv  ## 300 random sequences of what scripts do between renders (SEEDS=1-300: which of them)
+	PYTHONPATH=. $(RUN) tests/blender/pipeline/script_walk.py $(or $(SEEDS),1-300) 3
+
 stability: venv  ## Run the stiff and extreme cases: build/stability/stability.html and .json, docs/stability.md
 	$(RUN) -m hybrid_addon stability --output build/stability
 	$(RUN) -m tools.pages.stability build/stability/stability.json

@@ -228,9 +228,68 @@ def load(dice: Dice) -> None:
 
 
 def append(dice: Dice) -> None:
-    if (FOLDER / "walk.blend").exists():
+    if (FOLDER / "walk.blend").exists() and Path(bpy.data.filepath) != FOLDER / "walk.blend":
         with bpy.data.libraries.load(str(FOLDER / "walk.blend"), link=dice.random() < 0.5) as (there, wanted):
             wanted.scenes = there.scenes[:1]
+
+
+def append_more(dice: Dice) -> None:
+    """Objects and a material, linked or appended, by themselves."""
+    if (FOLDER / "walk.blend").exists() and Path(bpy.data.filepath) != FOLDER / "walk.blend":
+        with bpy.data.libraries.load(str(FOLDER / "walk.blend"), link=dice.random() < 0.5) as (there, wanted):
+            wanted.objects = dice.sample(list(there.objects), min(2, len(there.objects)))
+            wanted.materials = there.materials[:1]
+        for b_object in filter(None, wanted.objects):
+            if b_object.name not in main_scene().collection.all_objects:
+                main_scene().collection.objects.link(b_object)
+
+
+def materials(dice: Dice) -> None:
+    """Another one, ticked or not, in a slot; or what one holds is another."""
+    b_material = bpy.data.materials.new("Coat") if dice.random() < 0.5 else _any(dice, bpy.data.materials)
+    b_object = _any(dice, (b_object for b_object in main_scene().objects if b_object.type == "MESH"))
+    if b_material is None or b_object is None:
+        return
+    b_object.data.materials.append(b_material)
+    b_object.material_slots[0].link = dice.choice(["DATA", "OBJECT"])
+    b_material.hybrid.ray_traced = dice.random() < 0.5
+    if b_material.node_tree is not None and dice.random() < 0.3:
+        b_material.node_tree.nodes.clear()
+
+
+def _raises(*_args: Any) -> None:
+    raise KeyError("a handler of the user's")
+
+
+def handler(dice: Dice) -> None:
+    """One of the user's that raises; the next time it is another."""
+    for name in ("render_pre", "render_post", "frame_change_post", "depsgraph_update_post", "render_complete"):
+        there = getattr(bpy.app.handlers, name)
+        there[:] = [each for each in there if each is not _raises]
+    name = dice.choice(["render_pre", "render_post", "frame_change_post", "depsgraph_update_post"])
+    getattr(bpy.app.handlers, name).append(_raises)
+
+
+def animate(dice: Dice) -> None:
+    """The camera is chosen by a marker, and moves."""
+    scene = main_scene()
+    if scene.camera is not None:
+        scene.timeline_markers.new("Cut", frame=dice.randrange(1, 50)).camera = scene.camera
+        scene.camera.keyframe_insert("location", frame=dice.randrange(1, 50))
+    scene.render.use_motion_blur = dice.random() < 0.3
+
+
+def size(dice: Dice) -> None:
+    b_render = main_scene().render
+    b_render.resolution_percentage = dice.choice([30, 50, 100, 130])
+    b_render.use_crop_to_border = dice.random() < 0.5
+    b_render.use_multiview = dice.random() < 0.2
+
+
+def unlink(dice: Dice) -> None:
+    b_object = _any(dice, (b_object for b_object in bpy.data.objects if b_object.users_collection))
+    if b_object is not None:
+        b_object.users_collection[0].objects.unlink(b_object)
 
 
 def switch(dice: Dice) -> None:
@@ -283,6 +342,9 @@ ACTIONS = (
     remove_a_collection, new_collection, exclude, remove_an_object, remove_data, add_an_object, flag, flag, hide,
     camera, purge, background, save, load, append, switch, mode, settings, frame, look_at, bake_view, again, user_map,
 )  # fmt: skip
+MORE_FROM = 201
+"""The first seed with MORE, so that those before it stay the sequences that they were."""
+MORE = (*ACTIONS, append_more, materials, materials, handler, animate, size, unlink)
 
 
 # ------------------------------------------------------------------------------------------------ rendering
@@ -311,7 +373,7 @@ def walk(seed: int, steps: int) -> None:
     dice = Dice(seed)
     start(dice)
     for _ in range(steps):
-        for action in dice.sample(ACTIONS, dice.randrange(1, 4)):
+        for action in dice.sample(ACTIONS if seed < MORE_FROM else MORE, dice.randrange(1, 4)):
             print("seed", seed, action.__name__, flush=True)
             try:
                 action(dice)

@@ -70,7 +70,7 @@ def layered():
     for b_object in ticked:
         hybrid.mark(b_object)
     hybrid.enable(scene)
-    scene.hybrid.passes = {"DEPTH"}
+    scene.hybrid.passes, scene.hybrid.traced_shadows = {"DEPTH"}, "OFF"
     scene.view_layers[0].use_pass_z = True
     result = hybrid.render(scene)
     return scene, result, dict(session.of(scene.name).frames)
@@ -113,6 +113,44 @@ def test_a_multilayer_file_has_the_hybrid_picture_and_no_layer_of_ours(layered, 
     np.testing.assert_array_equal(after["Front.Depth"], before["Front.Depth"])
     picture = bpy.data.images.load(path)
     assert len(picture.pixels) == 0 and picture.type == "MULTILAYER"  # Blender reads it
+
+
+def test_a_retrace_goes_over_every_layer(layered):
+    """All are traced again, with other samples, over the same bits of EEVEE's."""
+    scene, _, frames = layered
+    result = hybrid.retrace(scene, samples=4)
+    again = session.of(scene.name).frames
+    assert list(again) == list(result.report["layers"]) == ["Front", "Back"]
+    for name, frame in again.items():
+        assert frame is not frames[name] and any("retraced" in each["why"] for each in frame.report["skipped"])
+        np.testing.assert_array_equal(frame.raster, frames[name].raster)
+        np.testing.assert_array_equal(frame.mask, frames[name].mask)
+        np.testing.assert_allclose(frame.traced, frames[name].traced, atol=0.02)
+
+
+def test_every_layer_moves_within_its_share_of_the_time(layered):
+    """Both objects move by a third of their width; where they are for a part of the time, rays meet them, too."""
+    scene, _, _ = layered
+    moving = [bpy.data.objects[name] for name in ("Near", "Far")]
+    for b_object in moving:
+        b_object.keyframe_insert("location", frame=1)
+        b_object.location.x += 1.4
+        b_object.keyframe_insert("location", frame=3)
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 1.0
+    scene.eevee.taa_render_samples, scene.hybrid.samples, scene.hybrid.time_budget = 1, 8, 1000
+    try:
+        result = hybrid.render(scene, frame=2)
+        frames = session.of(scene.name).frames
+    finally:
+        scene.render.use_motion_blur, scene.hybrid.time_budget = False, 0
+        for b_object in moving:
+            b_object.animation_data_clear()
+    assert list(frames) == ["Front", "Back"] and not any("Time Limit" in each for each in result.report["warnings"])
+    for name, place, channel in (("Front", NEAR, 2), ("Back", FAR, 1)):
+        around = (slice(8, 12), slice(15 * place, 15 * place + 13))
+        mask, traced = frames[name].mask[around], frames[name].traced[around][..., channel]
+        assert ((mask > 0.2) & (mask < 0.8)).any() and (mask == 1).any()
+        np.testing.assert_allclose(traced, mask, atol=2e-3)
 
 
 def test_the_user_keeps_his_layers_and_collections(layered):
