@@ -172,6 +172,11 @@ def _after_save(*_args: Any) -> None:
         push_undo()
 
 
+_alone: list[str] = []  # the scene whose render a script has confined to one layer since we last looked
+
+ALONE = "only EEVEE drew it: Render Single Layer, which leaves the ray traced half out, was switched on. Render again"
+
+
 @persistent
 def _before_render(scene: bpy.types.Scene, *_args: Any) -> None:
     """In the background only: in a window this runs on the render thread, where editing the scene crashes Blender.
@@ -182,6 +187,7 @@ def _before_render(scene: bpy.types.Scene, *_args: Any) -> None:
     growing.render_begins()
     messages.render_begins(scene)
     if bpy.app.background:
+        _alone[:] = [scene.name] if scene.render.use_single_layer and scene_setup.is_active(scene) else []
         scene_setup.sync_all()  # the scenes that its compositor shows, too
         scene_setup.sync(scene)  # it last: scenes may share a compositor
     trace_scenes.begin()
@@ -234,6 +240,11 @@ def _frame_ends(scene: bpy.types.Scene, *_args: Any) -> None:
 def _render_ends(scene: bpy.types.Scene, *_args: Any) -> None:
     others_handlers.frame_ends()
     trace_scenes.detach()
+    own = session.of(scene.name)
+    if scene.name in _alone and own.frame is None and own.error is None:  # Blender asked before it told us
+        if scene_setup.effective_mode(scene) != "RASTER":
+            own.fail(HybridError(f"scene '{scene.name}': {ALONE}"))
+    _alone.clear()
     retrace.finished(scene.name)
     messages.render_ended(scene.name)
 

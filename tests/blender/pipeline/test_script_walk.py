@@ -13,7 +13,8 @@ import pytest
 pytestmark = [pytest.mark.blender, pytest.mark.render]
 HERE = Path(__file__).resolve().parent
 
-SEEDS = ("1", "7", "201-202")  # in 7 a scene is copied, and another one made by the operator: 5.2 crashed
+SEEDS = ("1", "7", "205")
+"""In 7 a scene is copied, and another one made by the operator: 5.2 crashed. In 205 one layer is rendered."""
 
 
 @pytest.mark.parametrize("seeds", SEEDS)
