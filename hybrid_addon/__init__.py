@@ -4,6 +4,7 @@
     scene/        plain data: what is rendered, and every convention (units, axes, colour, row order)
     tracer/       the Whitted ray tracer over Embree, pure numpy
     compositor.py how the two halves become one picture, pure numpy
+    programs/     functions that answer for surfaces: what is registered, and the three that ship
     report/       error against run time, pure numpy
     blender/      the only room that knows Blender
 
@@ -16,8 +17,8 @@ from importlib import import_module
 from typing import Any
 
 _PUBLIC = (
-    "enable", "disable", "mark", "unmark", "advise", "render", "retrace", "plan", "explain", "HybridResult",
-    "HybridError",
+    "enable", "disable", "mark", "unmark", "surface", "advise", "render", "retrace", "plan", "explain", "HybridResult",
+    "HybridError", "SurfaceAnswer", "SurfaceHits",
 )  # fmt: skip
 
 
@@ -38,6 +39,8 @@ def unregister() -> None:
 def __getattr__(name: str) -> Any:
     if name == "glTF2ImportUserExtension":  # what Blender's glTF importer asks add-ons for
         return import_module(".blender.gltf", __package__).ImportExtension
+    if name == "programs":
+        return import_module(".programs", __package__)
     if name in _PUBLIC:
         return getattr(import_module(".blender.api", __package__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -23,6 +23,7 @@ PURE = (
     "settings_table",
     "expressions",
     "procedural",
+    "programs",
     "tracer",
     "compositor",
     "report",

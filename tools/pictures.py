@@ -24,6 +24,10 @@ PICTURES: dict[str, tuple[list[str], Path]] = {
     "hybrid.png": (["tools/demo.py", "--output", str(BUILD / "demo")], BUILD / "demo" / "hybrid.png"),
     "slots.png": (["tools/slots_picture.py", str(BUILD / "slots.png")], BUILD / "slots.png"),
     "denoise.png": (["tools/denoise_picture.py", str(BUILD / "denoise.png")], BUILD / "denoise.png"),
+    "surface_programs.png": (
+        ["tools/programs_picture.py", str(BUILD / "surface_programs.png")],
+        BUILD / "surface_programs.png",
+    ),
     "panels.png": ([*CHECKS, "panels"], REAL / "real0" / "panels.png"),
     "panels_german.png": ([*CHECKS, "panels"], REAL / "real0" / "panels_german.png"),
     "image_editor.png": ([*CHECKS, "first_hour"], REAL / "real0" / "artist" / "pixel.png"),

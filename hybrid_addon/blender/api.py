@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Python interface: enable, disable, mark, unmark, advise, render, retrace, plan, explain; at the front door."""
+"""The Python interface: enable, disable, mark, unmark, surface, advise, render, retrace, plan, explain."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ from typing import Any
 import bpy
 import numpy as np
 
+from .. import programs
 from ..presets import QUALITY
 from ..report.frame import frame_report
-from ..scene import Float32
+from ..scene import Float32, SurfaceAnswer, SurfaceHits
+from ..scene.programs import Answer, Passes
 from ..settings_table import RENDER, RETRACE, SURFACE, Setting, checked, described
 from . import session
 from .errors import HybridError
@@ -26,8 +28,8 @@ from .scan import advise, explain, plan
 from .view_layers import part_of, source_layers, views
 
 __all__ = [
-    "HybridError", "HybridResult", "advise", "disable", "enable", "explain", "mark", "plan", "render", "retrace",
-    "unmark",
+    "HybridError", "HybridResult", "SurfaceAnswer", "SurfaceHits", "advise", "disable", "enable", "explain", "mark",
+    "plan", "render", "retrace", "surface", "unmark",
 ]  # fmt: skip
 
 enable = scene_setup.enable
@@ -81,6 +83,38 @@ def mark(
     values = _given(SURFACE, given, "mark()")
     for name, value in values.items():
         setattr(obj.hybrid, name, value)
+    obj.hybrid.ray_traced = True
+
+
+def surface(
+    obj: bpy.types.Object | bpy.types.Material,
+    program: Answer | str | None,
+    *,
+    shadow: Passes | None = None,
+    name: str = "",
+) -> None:
+    """Let a function answer for the surface of an object, or of all that wears a material, and ray trace it.
+
+    program : a function of `SurfaceHits` that returns a `SurfaceAnswer`, or the name of one that is registered already
+              (`hybrid.programs`); None: the material answers again.
+    shadow  : of `SurfaceHits`, returns what share of the light of lamps passes, (3, n), 0..1; None: as much as passes
+              the material.
+    name    : by which the function is registered, and which the file saves; "": its own name.
+
+    Raises HybridError for what `mark` refuses, a name that is not registered, and what is no function.
+    """
+    _check_mark(obj)
+    if program is None:
+        obj.hybrid.program = ""
+        return
+    try:
+        if isinstance(program, str):
+            name = programs.known(program, shadow)
+        else:
+            name = programs.register(name or getattr(program, "__name__", ""), program, shadow).name
+    except ValueError as error:
+        raise HybridError(str(error)) from None
+    obj.hybrid.program = name
     obj.hybrid.ray_traced = True
 
 

@@ -48,6 +48,8 @@ def _line(scene: Scene, node: Node, say: Say) -> str:
         met = say("{} m to {}, surface {}").format(*place)
         side = say("from inside at {}°") if node.inside else say("from outside at {}°")
         met += ", " + side.format(f"{node.angle:.1f}")
+        if node.program:
+            met += say(", answered by surface program {}").format(f"'{node.program}'")
     brought = ", ".join(f"{say(name)} {_color(node.parts[name])}" for name in PARTS if name in node.parts)
     return f"{what}: {met}" + (f"; {brought}" if brought else "")
 

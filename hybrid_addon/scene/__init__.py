@@ -15,7 +15,8 @@ Conventions, stated here once and valid in every pure module of the package:
   the tracer has recentred it.
 * **Directions** `wi`, `wo` point away from the surface; `eta` is transmitted over incident IOR.
 
-    camera.py surfaces.py texels.py media.py fog.py geometry.py lights.py film.py    the dataclasses, all here, too
+    camera.py surfaces.py programs.py texels.py media.py fog.py geometry.py lights.py film.py    the dataclasses, all
+                                                                                                 here, too
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from .geometry import Instance, Plane, Sphere, TriangleMesh, Visibility
 from .lights import AreaLight, Arriving, Light, PlacedLight, PointLight, SpotLight, SunLight, World, WorldSun
 from .media import Medium
 from .numbers import BLACK, RGB, WHITE, Bools, Float32, Float64, Int32
+from .programs import SurfaceAnswer, SurfaceHits, SurfaceProgram
 from .surfaces import Closure, Color, Expression, Number, Surface, Texture, Value
 from .texels import Texels
 
@@ -66,6 +68,9 @@ __all__ = [
     "SpotLight",
     "SunLight",
     "Surface",
+    "SurfaceAnswer",
+    "SurfaceHits",
+    "SurfaceProgram",
     "Texels",
     "Texture",
     "TriangleMesh",

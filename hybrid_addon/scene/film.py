@@ -119,6 +119,7 @@ class Film:
     ended      : what is missing because rays ended early: the share of the samples that lost more than `least` of their
                  light, what these lost in the mean, the mean radiance of what is around, what the cutoff took, and for
                  each object, by its number in `Scene.names`, the throughput that Max Bounces ended there.
+    problems   : what went wrong in surface programs, a line for each object and reason.
     memory     : bytes by what for, of `trace` alone: "peak" of the process since it began (None: unknown), "meshes",
                  "geometry", "search_trees" (estimated), "film", "textures"; "by_texture", by name, the largest first.
     denoising  : {} where nobody asked; else "pixels", how many have light that was denoised, so that no error bound
@@ -142,3 +143,4 @@ class Film:
     ended: dict[str, object] = field(default_factory=dict)
     memory: dict[str, object] = field(default_factory=dict)
     denoising: dict[str, object] = field(default_factory=dict)
+    problems: tuple[str, ...] = ()

@@ -11,6 +11,7 @@ import numpy as np
 
 from .media import Medium
 from .numbers import BLACK, RGB, WHITE, Float32, Float64
+from .programs import SurfaceProgram
 from .texels import Texels, texels_of
 
 MIN_IOR = 1e-5
@@ -117,9 +118,10 @@ class Surface:
     approximate        : the translator could not follow all that it is made of: what the raster shows of it is nearer.
     fog                : of a material that has only a volume: what the closed bodies that wear it are full of, where
                          they are `FogBody`s. As a surface it does nothing.
+    program            : answers for it, beside or instead of all else; None: there is none.
     closures           : what it is the weighted sum of; then of its own fields only `name`, `absorption`, `culled`,
-                         `shadow_culled`, `ray_traced` and `approximate` count. None: it is a single closure, which the
-                         fields tell.
+                         `shadow_culled`, `ray_traced`, `approximate` and `program` count. None: it is a single closure,
+                         which the fields tell.
     """
 
     name: str = ""
@@ -164,6 +166,7 @@ class Surface:
     approximate: bool = False
     closures: tuple[Closure, ...] = ()
     fog: Medium | None = None
+    program: SurfaceProgram | None = None
 
     @property
     def parts(self) -> tuple[Surface, ...]:

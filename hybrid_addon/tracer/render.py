@@ -32,6 +32,7 @@ from .sampling.passes import Cancelled, Pass, Passes, Progress
 from .sampling.schedule import EVEN, Sampling, sampling_error, take_samples
 from .sampling.strips import strips_of, together
 from .sampling.tiles import Pixels
+from .shading.programs import problems
 
 __all__ = ["Cancelled", "Progress", "trace", "trace_compiled"]
 
@@ -188,6 +189,7 @@ def _render(
         passes=aovs,
         hits={name: stats.counts[name] for name in ("backed", "not_backed")},
         ended=ended_rays.found(stats),
+        problems=problems(stats),
     )
 
 

@@ -73,6 +73,8 @@ def _default(p: Any) -> str:
     if p.type == "ENUM":
         chosen = p.default_flag if p.is_enum_flag else {p.default}
         return ", ".join(item.name for item in p.enum_items if item.identifier in chosen) or "none"
+    if p.type == "STRING":
+        return p.default or "none"
     return f"{p.default:,}".replace(",", " ") if p.type == "INT" else f"{p.default:.3g}"
 
 

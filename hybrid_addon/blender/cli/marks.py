@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import argparse
+import runpy
 from collections.abc import Mapping
 from difflib import get_close_matches
+from importlib import import_module
 from typing import Any
 
 import bpy
@@ -26,6 +28,13 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--ray-traced-materials", nargs="+", action="extend", metavar="NAME",
         help="flag all faces that wear these materials instead of what the file flags",
     )  # fmt: skip
+    parser.add_argument(
+        "--surface", nargs="+", action="extend", metavar="OBJECT=PROGRAM",
+        help="let surface programs answer for these objects",
+    )  # fmt: skip
+    parser.add_argument(
+        "--surface-programs", metavar="FILE.py", help="run this Python file first: it registers surface programs"
+    )
     setting_flags.add(parser, SURFACE)
 
 
@@ -48,6 +57,22 @@ def apply(scene: bpy.types.Scene, arguments: argparse.Namespace) -> None:
             raise HybridError("no object is ray traced: name some with --ray-traced")
     for b_id in chosen:
         api.mark(b_id, **values)
+    if arguments.surface_programs:
+        _register(arguments.surface_programs)
+    for pair in arguments.surface or ():
+        name, equals, program = pair.partition("=")
+        if not equals:
+            raise HybridError(f"--surface {pair}: write OBJECT=PROGRAM")
+        api.surface(find(own, name, "object", f"scene '{scene.name}'"), program or None)
+
+
+def _register(path: str) -> None:
+    """Run a Python file that registers surface programs; HybridError, one line, if it cannot be run."""
+    try:
+        runpy.run_path(path, init_globals={"hybrid": import_module(__package__.rpartition(".blender")[0])})
+    except Exception as error:
+        why = str(error).strip().splitlines()
+        raise HybridError(f"--surface-programs {path}: {type(error).__name__}{': ' + why[0] if why else ''}") from None
 
 
 def find(known: Mapping[str, Any], name: str, kind: str, where: str) -> Any:

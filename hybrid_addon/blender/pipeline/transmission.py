@@ -58,6 +58,8 @@ def _frame(scene: bpy.types.Scene) -> FrameFacts:
 
 
 def _transmits(b_material: bpy.types.Material | None, custom: CustomSurface, scene: bpy.types.Scene) -> bool:
+    if custom.over(custom_surface(b_material)).program is not None:
+        return True  # a program may let anything through
     if b_material is None:
         return custom.values is not None and custom.values[0] < 1.0 and custom.values[1] < 1.0
     if custom.values is None and (_is_animated(b_material, "hybrid.") or _has_animated_nodes(b_material.node_tree)):

@@ -238,6 +238,7 @@ def trace_frame(
         warnings=[
             *(*scene_warnings(scene), *motion_blur.warnings(scene, settings.samples), *seen_through),
             *translation.warnings,
+            *film.problems,
             *budget_warnings(scene, timing, film),
             *denoising_warnings(film),
             *ended_warnings(

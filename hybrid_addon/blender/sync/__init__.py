@@ -14,7 +14,7 @@
     cache.py likely_to_move.py      what one frame leaves for the next; what is likely to change until then
     skybake.py                      the script of the Blender that draws a sky
     nodes.py                        walking back through node links
-    settings.py messages.py         the artist's settings; what he is told
+    settings.py surface_programs.py messages.py    the artist's settings; what he is told
     coverage/                       what is followed and what is named, setting by setting
 
 Values with the prefix b_ belong to Blender; the others are ours. Nothing in a translated scene refers to Blender.

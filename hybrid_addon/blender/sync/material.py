@@ -26,6 +26,7 @@ from .nodes import Node, active_output, uses_nodes
 from .settings import NOTHING_OF_ITS_OWN, CustomSurface, custom_surface
 from .shaders import surface_from
 from .sums import averaged, each, singles
+from .surface_programs import programmed
 from .texture import FrameFacts, NodeReader
 from .volume import absorption_from, medium_from
 
@@ -66,7 +67,9 @@ class Surfaces:
             self._index[key] = len(self.surfaces)
             surface, moved = self._of_material(b_material)
             self.moves.append(moved if b_material is not None and b_material.displacement_method != "BUMP" else None)
-            self.surfaces.append(customised(surface, custom.over(custom_surface(b_material))))
+            whole = custom.over(custom_surface(b_material))
+            surface = customised(surface, replace(whole, program=None))
+            self.surfaces.append(programmed(surface, whole.program, self._warn))
         return self._index[key]
 
     def _of_material(self, b_material: bpy.types.Material | None) -> tuple[Surface, Any]:

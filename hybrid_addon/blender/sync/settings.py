@@ -11,6 +11,7 @@ import bpy
 from ...scene import Arriving
 from ..flags import Flags
 from ..view_layers import source_layer
+from .surface_programs import NamedProgram, named_program
 
 
 @dataclass(frozen=True)
@@ -19,14 +20,18 @@ class CustomSurface:
 
     values     : reflectivity, opacity and IOR that replace the nodes' (`surface` = CUSTOM); None: the nodes' count.
     dispersion : 20 / Abbe number, beside whichever IOR counts.
+    program    : the surface program that answers for it; None: there is none.
     """
 
     values: tuple[float, float, float] | None
     dispersion: float = 0.0
+    program: NamedProgram | None = None
 
     def over(self, other: CustomSurface) -> CustomSurface:
         """These, and the other's where there are none."""
-        return CustomSurface(self.values or other.values, self.dispersion or other.dispersion)
+        return CustomSurface(
+            self.values or other.values, self.dispersion or other.dispersion, self.program or other.program
+        )
 
 
 NOTHING_OF_ITS_OWN = CustomSurface(None)
@@ -65,7 +70,7 @@ def custom_surface(b_id: bpy.types.Object | bpy.types.Material | None) -> Custom
         return NOTHING_OF_ITS_OWN
     is_custom = b_hybrid.surface == "CUSTOM"
     values = (b_hybrid.reflectivity, b_hybrid.opacity, b_hybrid.ior) if is_custom else None
-    return CustomSurface(values, b_hybrid.dispersion)
+    return CustomSurface(values, b_hybrid.dispersion, named_program(b_id))
 
 
 def rough_samples(b_scene: bpy.types.Scene) -> int:

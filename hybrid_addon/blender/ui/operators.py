@@ -72,6 +72,7 @@ class HYBRID_OT_copy_to_selected(bpy.types.Operator):
                     "opacity",
                     "ior",
                     "dispersion",
+                    "program",
                     "surface",
                     "ray_traced",
                 ):  # a value sets Custom: first

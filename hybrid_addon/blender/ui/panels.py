@@ -57,6 +57,7 @@ class HYBRID_OBJECT_PT_settings(bpy.types.Panel):
         if settings.surface == "MATERIAL":
             _draw_materials(column, context, b_object)
         field(column, context, settings, "dispersion")
+        field(column, context, settings, "program")
 
 
 class HYBRID_MATERIAL_PT_settings(bpy.types.Panel):
@@ -89,6 +90,7 @@ class HYBRID_MATERIAL_PT_settings(bpy.types.Panel):
             for line in described(shown_surface(b_material, context)):
                 paragraph(layout, context, line)
         field(layout, context, settings, "dispersion")
+        field(layout, context, settings, "program")
 
 
 class HYBRID_COLLECTION_PT_settings(bpy.types.Panel):

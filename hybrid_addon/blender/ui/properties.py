@@ -10,6 +10,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from bpy.types import Collection, Context, Material, Object, PropertyGroup, Scene
 
+from ... import programs
 from ...settings_table import SCENE, SURFACE, Setting
 from .. import preview, session
 from ..pipeline import scene_setup
@@ -42,6 +43,14 @@ def _material_changed(settings: "HybridMaterialSettings", context: Context) -> N
 
 def _value_changed(settings: "HybridObjectSettings | HybridMaterialSettings", _context: Context) -> None:
     settings.surface = "CUSTOM"  # whoever moves a slider, or sets a value from Python, means it
+
+
+def _program_names(_settings: Any, _context: Context, _typed: str) -> list[str]:
+    return programs.names()
+
+
+def _program_changed(settings: "HybridObjectSettings | HybridMaterialSettings", _context: Context) -> None:
+    scene_setup.collection_changed()  # EEVEE may have to draw what lies behind
 
 
 def _enabled_changed(settings: "HybridSceneSettings", context: Context) -> None:
@@ -198,6 +207,15 @@ class HybridObjectSettings(SurfaceValues, PropertyGroup):
         override=OVERRIDABLE,
     )
 
+    program: StringProperty(  # type: ignore[valid-type]
+        name="Surface Program",
+        description="A registered function that answers for this object instead of its material",
+        search=_program_names,
+        search_options={"SUGGESTION"},
+        override=OVERRIDABLE,
+        update=_program_changed,
+    )
+
     @classmethod
     def register(cls) -> None:
         """Attach to bpy.types.Object."""
@@ -229,6 +247,15 @@ class HybridMaterialSettings(SurfaceValues, PropertyGroup):
         ),
         default="MATERIAL",
         override=OVERRIDABLE,
+    )
+
+    program: StringProperty(  # type: ignore[valid-type]
+        name="Surface Program",
+        description="A registered function that answers for what wears this material; an object's own wins over it",
+        search=_program_names,
+        search_options={"SUGGESTION"},
+        override=OVERRIDABLE,
+        update=_program_changed,
     )
 
     @classmethod

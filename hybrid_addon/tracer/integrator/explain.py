@@ -43,6 +43,7 @@ class Node:
     parts      : of what it consists, by the names of PARTS; those that are nothing are missing.
     lamps      : names of the lamps that the ray meets on its way.
     fog        : the share of its light that fog on its way leaves.
+    program    : the surface program that answered, "" if none did.
     cut        : not followed: beyond the depth, or cut because it would bring little.
     counts     : False for a camera ray that met nothing that the tracer is to show.
     """
@@ -58,6 +59,7 @@ class Node:
     parts: dict[str, RGB] = field(default_factory=dict)
     lamps: tuple[str, ...] = ()
     fog: float = 1.0
+    program: str = ""
     cut: bool = False
     counts: bool = True
     children: list[Node] = field(default_factory=list)
@@ -113,6 +115,9 @@ class _Tree:
                 one = at.take(np.array([place[i]]))
                 self._describe(node, one, float(hits.t[i]))
                 closures = closures_at(self.scene, ray, one, hits.t[i : i + 1])
+                if closures.at.answers is not None and closures.at.answers.here.any():
+                    program = self.scene.surfaces.surfaces[node.surface].program
+                    node.program = "" if program is None else program.name
                 add_light(self.scene, closures, light, Stats())
                 emission = np.minimum(_emission(closures), light.radiance)
                 found |= {"emission": emission, "light": light.radiance - emission}

@@ -55,6 +55,7 @@ def _obstacles(scene: CompiledScene, seen: PrimitiveSet, aovs: list[str]) -> Ite
         "spheres and planes": g.sphere_count > 0 or g.flattened_count > g.triangle_count + g.sphere_count,
         "meshes kept once": g.instanced is not None,
         "a lens": scene.camera.lens is not None,
+        "surface programs": bool(table.programmed.any()),
         "sums of closures": bool(table.closure_count.any()),
         "thin films": bool(table.filmed.any()),
         "translucent surfaces": bool(table.translucent.any()),

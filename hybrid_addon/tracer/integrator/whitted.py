@@ -31,6 +31,7 @@ from ..shading.direct import direct_light
 from ..shading.evaluate import surface_hits
 from ..shading.interaction import Interaction
 from ..shading.lamps import add_lamps
+from ..shading.programs import sent_by_programs
 from ..shading.random_light import asks_light, note_random, through_lens
 from ..shading.rough_transmission import through_rough_glass
 from ..shading.spawn import spawn
@@ -284,7 +285,7 @@ def add_light(scene: CompiledScene, closures: ClosureHits, sample_buffer: Sample
     rays, at = closures.rays, closures.at
     table, signatures = at.table, sample_buffer.signatures
     lit = None if signatures is None else np.zeros(len(rays), np.uint32)
-    sent: list[tuple[Index, Float32]] = []  # by which hits, and the radiance
+    sent = sent_by_programs(at, stats)  # by which hits, and the radiance
     direct = None
     # What they emit.
     if scene.plan.emission:

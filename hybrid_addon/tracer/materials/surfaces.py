@@ -23,6 +23,7 @@ from ..core.constants import FAINT, MIRROR_ROUGHNESS, TRACED_ROUGHNESS
 from .columns import NOT_CROSSED, Columns, plain_columns
 from .dispersion import CHANNELS, dispersed, is_dispersive
 from .fields import VARIABLE, Fields, constants, known_fields
+from .programmed import allow_program, with_program
 from .tabulated import Tabulated
 
 Bools = NDArray[np.bool_]
@@ -86,6 +87,11 @@ class SurfaceTable:
     def dispersion(self) -> Float64:
         """(s,) 20 / Abbe number."""
         return np.array([s.dispersion for s in self.surfaces], np.float64)
+
+    @cached_property
+    def programmed(self) -> Bools:
+        """(s,) whether a program answers for it."""
+        return np.array([s.program is not None for s in self.surfaces], bool)
 
     @cached_property
     def passes_straight(self) -> Bools:
@@ -208,7 +214,7 @@ def layout(surface: Surface) -> dict[str, tuple[int, int]]:
 
 def compile_surfaces(surfaces: Sequence[Surface]) -> SurfaceTable:
     """The table of all surfaces of a scene."""
-    surfaces = tuple(dispersed(with_expressions(s)) for s in surfaces) or (Surface(),)
+    surfaces = tuple(with_program(dispersed(with_expressions(s))) for s in surfaces) or (Surface(),)
     sums, own = surfaces, len(surfaces)
     closures = [(number, closure) for number, s in enumerate(sums) for closure in s.closures]
     surfaces = (*sums, *(closure.surface for _, closure in closures))
@@ -260,6 +266,7 @@ def _summed(table: SurfaceTable) -> SurfaceTable:
         changed["ior"][number] = table.ior[start + bent[0]] if len(bent) else 1.0
         changed["shadow_opaque"][number] = table.shadow_opaque[part].all()
         changed["shadow_clear"][number] = False
+        allow_program(table.surfaces[number].program, changed, number)
     return replace(table, **changed)
 
 

@@ -74,6 +74,7 @@ class CompiledScene:
         load_what_finds_instances(scene)
         require_memory(scene, settings, pixels, cache)
         self.settings, self.arriving = settings, scene.arriving
+        self.names, self.matrices = scene.names, [i.matrix_world for i in scene.instances]
         self.asks_rays = any(reads_ray(surface) for surface in scene.surfaces)
         self._kept = SceneCache(0) if cache is None else cache
         self._kept.begin(triangles_by_mesh(scene).total())

@@ -29,6 +29,7 @@ from ..materials.surfaces import SurfaceTable
 from ..prepare.compiled import CompiledScene
 from .evaluate import hit_groups, resolve
 from .interaction import Interaction
+from .programs import answers_at, weighted, without
 
 Bools = NDArray[np.bool_]
 Numbers = NDArray[np.intp]
@@ -79,6 +80,9 @@ def closures_at(
     let_in = _let_in(scene.geometry, at, t, (owner, row, weight))
     if len(rays.closure):
         weight = _as_entered(table, rays, at, owner, row, weight)
+    answers = answers_at(scene, at, t, rays.depth)
+    if answers is not None:
+        at, weight = replace(at, answers=answers), weighted(answers, table, at, owner, part, weight)
     # Those that bring something; of too many, those that are drawn.
     brings = flatnonzero((weight * rays.throughput[:, owner] > 0).any(axis=0))
     owner, row, part, weight = owner[brings], row[brings], part[brings], weight[:, brings]
@@ -94,7 +98,7 @@ def closures_at(
     rays_of = replace(rays_of, throughput=rays_of.throughput * weight, path=closure_path(rays_of.path, part))
     of = replace(at, let_in=let_in).take(owner)
     of = replace(of, surface=row, values=HitValues(table.columns, row), share=_shares(owner, weight))
-    of = resolve(scene.geometry, of, t[owner])
+    of = resolve(scene.geometry, of if answers is None else without(of, part), t[owner])
     if table.disperses:
         of = _dispersed(of, None if wavelength is None else wavelength[owner])
     return ClosureHits(rays_of, of, t[owner], owner, weight, left_out)

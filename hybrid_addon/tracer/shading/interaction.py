@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,7 @@ class Interaction:
     sides       : the media around hits where more than one surface is passed; None: nowhere
     share       : (n,) float32, of the weights of all closures there, that of this one; None: it is alone
     let_in      : (3, n) float32, of the world's light what gets to insides of closed bodies; None: all of it
+    answers     : what surface programs said of the hits (`programs.Answers`); None: there is none
     """
 
     prim: Numbers
@@ -72,6 +74,7 @@ class Interaction:
     tangent: Float32 | None = None
     share: Float32 | None = None
     let_in: Float32 | None = None
+    answers: Any = None
 
     @property
     def ior(self) -> Float64:
@@ -150,6 +153,7 @@ class Interaction:
             tangent=None if self.tangent is None else take(self.tangent, index),
             share=None if self.share is None else take(self.share, index),
             let_in=None if self.let_in is None else take(self.let_in, index),
+            answers=None if self.answers is None else self.answers.take(index),
         )
 
 

@@ -24,6 +24,7 @@ from ..prepare.compiled import CompiledScene, ShadowCasters
 from .closures import closure_weights
 from .evaluate import resolve_crossings
 from .interaction import Interaction, shadow_origin
+from .programs import shadows_passed
 from .scattering import both_faces, fresnel_dielectric, passed, simple_caustic, with_film
 
 Bools = NDArray[np.bool_]
@@ -251,7 +252,7 @@ def _transmittance(
         # The surface lets some of it through.
         prim, entering = hits.prim.astype(np.intp), hits.toward < 0
         travelled = take(travelled, crossed)
-        share = _passed(scene, prim, hits, origin, d, partial(_crossing, came, active, number, travelled))
+        share = _passed(scene, prim, hits, origin, d, partial(_crossing, came, active, number, travelled), stats)
         left = share if left is None else take(left, crossed) * share
         # Go on behind the surface, unless nothing is left.
         going = (left > 0).any(axis=0)
@@ -280,8 +281,9 @@ def _crossing(came: RayState | None, active: Numbers, crossed: int, travelled: F
 
 
 def _passed(
-    scene: CompiledScene, prim: Numbers, hits: Hits, origin: Float32, d: Float32, state: Callable[[Numbers], RayState]
-) -> Float32:
+    scene: CompiledScene, prim: Numbers, hits: Hits, origin: Float32, d: Float32,
+    state: Callable[[Numbers], RayState], stats: Stats,
+) -> Float32:  # fmt: skip
     """What share (3, n) shadow rays, from origins along d, keep of their light at a surface that they cross.
 
     state : of those of them that it is asked for.
@@ -298,7 +300,8 @@ def _passed(
     rays = hits.take(owner), origin[:, owner], d[:, owner]
     share = weight * _passed_closures(scene, row, prim[owner], *rays, lambda told: state(owner[told]))
     starts = flatnonzero(np.diff(owner, prepend=-1))
-    return np.asarray(np.add.reduceat(share, starts, axis=1), np.float32)
+    summed = np.asarray(np.add.reduceat(share, starts, axis=1), np.float32)
+    return shadows_passed(scene, prim, surface, hits, origin, d, summed, stats.counts)
 
 
 def _passed_closures(

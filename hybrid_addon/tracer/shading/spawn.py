@@ -66,10 +66,9 @@ class Split:
         """All that is mirrored or bent counts so many times."""
         if factor == 1.0:
             return self
-        reflected = self.reflected * np.float32(factor)
         return replace(
             self,
-            reflected=reflected,
+            reflected=self.reflected * np.float32(factor),
             transmitted=self.transmitted * np.where(self.bends, np.float32(factor), np.float32(1)),
         )
 
@@ -151,6 +150,8 @@ def share_out(scene: CompiledScene, rays: Rays, at: Interaction) -> Split:
     reflected, transmitted = shares(
         rays.throughput, at.value("mirror"), at.value("interface_tint"), tint, interface, fresnel, reflects
     )
+    if at.answers is not None:
+        reflected, transmitted, bends = at.answers.share(rays.throughput, reflected, transmitted, bends)
     return Split(
         reflected=reflected,
         transmitted=transmitted,
@@ -292,6 +293,7 @@ def _reflected(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, 
     wo, normal = take(at.wo, index), take(at.n_shading, index)
     curved = scene.plan.rough or at.n_shading is not at.n_geometric  # whatever else is in the wave
     direction = mirror_directions(wo, normal, take(at.n_geometric, index) if curved else normal, curved)
+    direction = direction if at.answers is None else at.answers.mirrored(index, direction)
     stats.add("reflected", direction.shape[1])
     media, unlit, closure = take(rays.media, index), take(split.unlit, index), take(rays.closure, index)
     if at.sides is not None:
@@ -312,7 +314,11 @@ def _refracted(scene: CompiledScene, rays: Rays, at: Interaction, split: Split, 
     media, closure = _beyond(scene, rays, at, index, stats), take(rays.closure, index)
     if len(closure):
         closure = np.where(take(at.entering, index), take(at.surface, index), MISS).astype(np.int32)[None]
-    return _child(rays, at, index, at.inner(index), direction, split, media, unlit, closure, TRANSMITTED)
+    origin = at.inner(index)
+    if at.answers is not None:
+        origin, direction, elsewhere = at.answers.passed_on(at, index, direction)
+        media = np.where(elsewhere, np.int32(scene.media.count), media)
+    return _child(rays, at, index, origin, direction, split, media, unlit, closure, TRANSMITTED)
 
 
 def _beyond(scene: CompiledScene, rays: Rays, at: Interaction, index: Index, stats: Stats) -> NDArray[np.int32]:

@@ -95,6 +95,20 @@ def test_names_and_values_flag_other_objects(blend, tmp_path):
     assert not bpy.data.objects["Cube"].hybrid.ray_traced
 
 
+def test_a_file_of_surface_programs_is_run_when_it_is_named(blend, tmp_path, capfd):
+    path, broken = tmp_path / "mine.py", tmp_path / "broken.py"
+    path.write_text("hybrid.programs.register('mine', lambda hits: hybrid.SurfaceAnswer(radiance=1.0))\n")
+    broken.write_text("1 / 0\n")
+    plan = ["plan", str(blend), "--surface"]
+    refuse(capfd, [*plan, "Cube=mine"], "no surface program 'mine'")
+    assert cli.main([*plan, "Cube=mine", "--surface-programs", str(path)]) == 0
+    assert bpy.data.objects["Cube"].hybrid.program == "mine"
+    hybrid.programs.forget("mine")
+    refuse(capfd, [*plan, "Cube"], "write OBJECT=PROGRAM")
+    refuse(capfd, [*plan, "Cubee=X-Ray"], "did you mean 'Cube'")
+    refuse(capfd, [*plan, "Cube=X-Ray", "--surface-programs", str(broken)], "ZeroDivisionError: division by zero")
+
+
 def test_a_word_that_is_given_twice_adds_to_itself(addon, tmp_path, capfd):
     """For plan as for render; and the values are there."""
 

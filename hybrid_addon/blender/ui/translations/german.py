@@ -42,6 +42,13 @@ GERMAN = {
         "Brechungsindex: Wasser 1,33, Glas 1,5, Diamant 2,42. Für eine Blase einen Wert unter 1 eintippen"
     ),
     "Dispersion": "Dispersion",
+    "Surface Program": "Programm",
+    "A registered function that answers for this object instead of its material": (
+        "Eine registrierte Funktion, die für die Oberfläche dieses Objekts statt seines Materials antwortet"
+    ),
+    "A registered function that answers for what wears this material; an object's own wins over it": (
+        "Eine registrierte Funktion, die für alles mit diesem Material antwortet; die des Objekts geht vor"
+    ),
     "How much glass splits white light into colors: 20 / Abbe number, as in glTF. Crown glass 0.34, flint glass 0.55, "
     "diamond 0.36; 0 splits none": (
         "Wie stark Glas weißes Licht in Farben zerlegt: 20 / Abbe-Zahl, wie in glTF. Kronglas 0,34, Flintglas 0,55, "

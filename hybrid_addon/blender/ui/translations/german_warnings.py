@@ -299,6 +299,7 @@ PIXEL = {
     "it leaves the scene": "verlässt die Szene",
     "{} m to {}, surface {}": "{} m bis {}, Oberfläche {}",
     "from inside at {}°": "von innen, {}°",
+    ", answered by surface program {}": ", beantwortet vom Oberflächenprogramm {}",
     "from outside at {}°": "von außen, {}°",
     "camera": "Kamera",
     "reflected": "gespiegelt",
