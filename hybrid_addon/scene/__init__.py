@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .camera import Camera, Lens
+from .camera import Camera, Lens, Panorama
 from .film import Film, Raster, Settings
 from .fog import Fog, FogBody
 from .geometry import Instance, Plane, Sphere, TriangleMesh, Visibility
@@ -58,6 +58,7 @@ __all__ = [
     "Light",
     "Medium",
     "Number",
+    "Panorama",
     "PlacedLight",
     "Plane",
     "PointLight",

@@ -71,7 +71,10 @@ def check_drawn(known: EeveeHalf, scene: Scene) -> None:
 def _places(scene: Scene) -> dict[str, list[object]]:
     """The camera, the lights, and what is where, by names; as much as is seen by all."""
     camera = scene.camera
-    view = (camera.projection, camera.matrix_world.tobytes(), camera.view_plane, camera.resolution, camera.window)
+    view = (
+        repr(camera.panorama), camera.matrix_world.tobytes(), camera.view_plane, camera.resolution, camera.window,
+        camera.projection,
+    )  # fmt: skip
     found: dict[str, list[object]] = {"the camera": [view]}
     for i in scene.instances:
         found.setdefault(i.name, []).append(

@@ -8,12 +8,13 @@ Object.calc_matrix_camera on random cameras.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, Literal
 
 import bpy
 import numpy as np
 
-from ...scene import Camera, Float64, Lens
+from ...scene import Camera, Float64, Lens, Panorama
 from ..view_layers import camera_in_work
 from .coverage import name_settings
 from .messages import UnsupportedError, Warnings
@@ -45,16 +46,22 @@ def translate_camera(
     b_camera = b_object.data
     name_settings(b_camera, f"camera {b_object.name!r}", warn)
     matrix, shift_x = (matrix_without_scale(b_object), b_camera.shift_x) if eye is None else eye(b_object)
-    aspect = (b_scene.render.pixel_aspect_x, b_scene.render.pixel_aspect_y)
+    aspect, panorama = (b_scene.render.pixel_aspect_x, b_scene.render.pixel_aspect_y), None
+    plane = view_plane(b_camera, resolution, aspect, shift_x)
+    b_mapping = panorama_settings(b_camera)
+    if b_camera.type == "PANO" and b_scene.hybrid.mode == "FULL" and b_mapping is not None:
+        panorama = _panorama(b_camera, b_mapping, resolution, aspect)
+        plane = shift_x, 1 + shift_x, b_camera.shift_y, 1 + b_camera.shift_y  # by the frame, whichever side fits
     return Camera(
-        projection=_projection(b_object, warn),
+        projection=_projection(b_object, warn) if panorama is None else "PANO",
         matrix_world=np.array(matrix, np.float64),
-        view_plane=view_plane(b_camera, resolution, aspect, shift_x),
+        view_plane=plane,
         resolution=resolution,
         window=window,
         clip_start=b_camera.clip_start,
         clip_end=b_camera.clip_end,
         lens=lens(b_object),
+        panorama=panorama,
     )
 
 
@@ -77,7 +84,47 @@ def _projection(b_object: bpy.types.Object, warn: Warnings) -> Literal["PERSP", 
     if kind not in ("PERSP", "ORTHO"):
         name = b_object.data.bl_rna.properties["type"].enum_items[kind].name
         warn.add(f"camera {b_object.name!r}: its type {name} is Cycles' alone; drawn as Perspective, as EEVEE draws it")
+    if kind == "PANO":
+        warn.add(f"camera {b_object.name!r}: Advanced > Trace: Everything draws it as a panorama")
     return "ORTHO" if kind == "ORTHO" else "PERSP"
+
+
+def panorama_settings(b_camera: bpy.types.Camera) -> Any:
+    """What has the settings of a panorama: the camera since Blender 5.0, until then what Cycles adds; None: nothing."""
+    return b_camera if hasattr(b_camera, "panorama_type") else getattr(b_camera, "cycles", None)
+
+
+def _panorama(
+    b_camera: bpy.types.Camera, b_mapping: Any, resolution: Size, pixel_aspect: tuple[float, float]
+) -> Panorama:
+    """How a panoramic camera maps directions, as Cycles reads its settings."""
+    kind = b_mapping.panorama_type
+    found = Panorama(
+        kind=kind,
+        longitude=(b_mapping.longitude_min, b_mapping.longitude_max),
+        latitude=(b_mapping.latitude_min, b_mapping.latitude_max),
+        field_of_view=b_mapping.fisheye_fov,
+        lens=b_mapping.fisheye_lens,
+        sensor=_sensor(b_camera, resolution, pixel_aspect),
+    )
+    if kind == "CENTRAL_CYLINDRICAL":
+        longitude, height = (
+            tuple(getattr(b_mapping, f"central_cylindrical_range_{axis}_{end}") for end in ("min", "max"))
+            for axis in "uv"
+        )
+        return replace(found, longitude=longitude, height=height, radius=b_mapping.central_cylindrical_radius)
+    if kind == "FISHEYE_LENS_POLYNOMIAL":
+        k0, k1, k2, k3, k4 = (getattr(b_mapping, f"fisheye_polynomial_k{power}") for power in range(5))
+        return replace(found, polynomial=(k0, k1, k2, k3, k4))
+    return found
+
+
+def _sensor(b_camera: bpy.types.Camera, resolution: Size, pixel_aspect: tuple[float, float]) -> tuple[float, float]:
+    """Millimetres (width, height) of the sensor under the full frame."""
+    width, height = resolution[0] * pixel_aspect[0], resolution[1] * pixel_aspect[1]
+    fit = _sensor_fit(b_camera, resolution[0], resolution[1], pixel_aspect[1] / pixel_aspect[0])
+    size = b_camera.sensor_height if b_camera.sensor_fit == "VERTICAL" else b_camera.sensor_width
+    return (size, size * height / width) if fit == "HORIZONTAL" else (size * width / height, size)
 
 
 def matrix_without_scale(b_object: bpy.types.Object) -> Float64:

@@ -10,6 +10,7 @@ from ..api import GEOMETRY
 from ..flags import Flags, is_traced_by_itself, why_not
 from ..pipeline import scene_setup
 from ..pipeline.transmission import shown_surface
+from ..sync.camera import panorama_settings
 from ..sync.material import customised
 from ..sync.settings import custom_surface
 from .image_editor import picker
@@ -18,6 +19,19 @@ from .presets import HYBRID_PT_surface_presets
 from .render_panels import COMPAT_ENGINES
 from .surface_words import described
 from .translations import iface, sentence
+
+PANORAMA_SETTINGS = {
+    "EQUIRECTANGULAR": ("latitude_min latitude_max", "longitude_min longitude_max"),
+    "FISHEYE_EQUIDISTANT": ("fisheye_fov",),
+    "FISHEYE_EQUISOLID": ("fisheye_lens", "fisheye_fov"),
+    "FISHEYE_LENS_POLYNOMIAL": ("fisheye_fov", " ".join(f"fisheye_polynomial_k{power}" for power in range(5))),
+    "CENTRAL_CYLINDRICAL": (
+        "central_cylindrical_range_v_min central_cylindrical_range_v_max",
+        "central_cylindrical_range_u_min central_cylindrical_range_u_max",
+        "central_cylindrical_radius",
+    ),
+}
+"""Of each kind of panorama, the settings that it reads, in groups."""
 
 MATERIALS_SHOWN = 3
 """Of an object with many materials, in its panel."""
@@ -116,6 +130,35 @@ class HYBRID_COLLECTION_PT_settings(bpy.types.Panel):
         paragraph(layout, context, text)
 
 
+class HYBRID_CAMERA_PT_panorama(bpy.types.Panel):
+    """Settings of a panorama, which Blender shows with Cycles only."""
+
+    bl_label = "Hybrid"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        b_camera = context.camera
+        if context.engine not in COMPAT_ENGINES or b_camera is None or b_camera.type != "PANO":
+            return False
+        return context.scene.hybrid.enabled and panorama_settings(b_camera) is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, b_mapping = self.layout, panorama_settings(context.camera)
+        layout.use_property_split, layout.use_property_decorate = True, False
+        if context.scene.hybrid.mode != "FULL":
+            paragraph(layout, context, iface("Drawn as Perspective, as EEVEE draws it"), icon="INFO")
+            layout.prop(context.scene.hybrid, "mode")
+            return
+        layout.prop(b_mapping, "panorama_type")
+        for names in PANORAMA_SETTINGS.get(b_mapping.panorama_type, ()):
+            column = layout.column(align=True)
+            for name in names.split():
+                column.prop(b_mapping, name)
+
+
 def _draw_switched_off(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     paragraph(layout, context, iface("Hybrid is off in this scene"), icon="INFO")
     layout.prop(context.scene.hybrid, "enabled", text="Switch On", toggle=True)
@@ -164,6 +207,7 @@ CLASSES = (
     HYBRID_OBJECT_PT_settings,
     HYBRID_MATERIAL_PT_settings,
     HYBRID_COLLECTION_PT_settings,
+    HYBRID_CAMERA_PT_panorama,
 )
 
 

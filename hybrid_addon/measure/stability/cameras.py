@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ...scene import Camera, Expression, Float64, Scene, SunLight, Surface, Visibility
+from ...scene import Camera, Expression, Float64, Panorama, Scene, SunLight, Surface, Visibility
+from ...tracer.core.panorama import MAPPINGS, directions, places
 from . import build
 from .case import Measured, Theme
 from .compare import different_pixels, largest
@@ -100,9 +101,22 @@ def _() -> Measured:
     return Measured(max(found))
 
 
-@THEME.case(31, "panorama", "a panoramic camera", "refused in one line", 0, "not refused")
+@THEME.case(31, "panoramas", "each kind of panorama, to a place in the frame and back", PIXEL, 1e-4, "pixels")
 def _() -> Measured:
-    odd: Any = "PANO"
+    u, v = (place.ravel() for place in np.meshgrid(*2 * [(np.arange(64) + 0.5) / 64]))
+    worst = 0.0
+    for kind in MAPPINGS:
+        panorama = Panorama(kind, polynomial=(0.0, -0.05, 0.0, 1e-6, 0.0))
+        direction = directions(panorama, u, v)
+        shown = np.isfinite(direction[0])
+        back = np.stack(places(panorama, direction[:, shown])) - np.stack([u[shown], v[shown]])
+        worst = max(worst, 64 * float(np.abs(back).max()))
+    return Measured(worst)
+
+
+@THEME.case(31, "unknown-projection", "a camera of a kind that there is not", "refused in one line", 0, "not refused")
+def _() -> Measured:
+    odd: Any = "CUSTOM"
     try:
         build.shoot(build.make_scene(camera=build.camera(projection=odd)))
     except ValueError as error:

@@ -7,10 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...procedural import elementary
-from ...scene import Camera, Float32, Float64, Lens
+from ...scene import Camera, Float32, Float64, Lens, Panorama
 from .constants import NEAR_MARGIN, WIDE_LENS
+from .panorama import directions, places
 from .sampler import Sampler, disk
 from .vectors import Array
+
+NOTHING = -np.inf
+"""t_max of rays that nothing is to be seen along."""
 
 LENS = np.uint32(0x4C454E53)
 """The lens's dimension of the sampler."""
@@ -28,8 +32,9 @@ def generate_rays(
 
     All float32, but for the directions of a very wide lens, which are float64 (see WIDE_LENS).
 
-    The clip planes are planar, as in Blender: rays start on the plane at clip_start and end on the one at clip_end.
-    They start even later, on the near side of the ball (center, bounds_radius) that holds the scene: rounding their
+    The clip planes are planar, as in Blender: rays start on the plane at clip_start and end on the one at clip_end;
+    those of a panorama are spheres, as in Cycles. A panorama's places that show nothing have rays of t_max NOTHING.
+    Rays start even later, on the near side of the ball (center, bounds_radius) that holds the scene: rounding their
     origins to float32 then costs an ulp of the scene's size, not of its distance.
 
     on_lens : local x, y (n,) in metres of where rays leave the camera's lens, all towards what is sharp at their film
@@ -42,7 +47,9 @@ def generate_rays(
     plane_y = bottom + (top - bottom) * (y / height)
     eye = position - center
 
-    perspective = camera.projection == "PERSP"
+    perspective, panorama = camera.projection == "PERSP", camera.panorama
+    if panorama is not None:
+        return _panoramic_rays(camera, panorama, plane_x, plane_y, eye, bounds_radius, on_lens)
     direction = np.empty((3, len(x)))
     foot = np.empty((3, 1 if perspective and on_lens is None else len(x)))  # of a pinhole all rays start in one place
     for i in range(3):
@@ -59,7 +66,13 @@ def generate_rays(
     length = np.sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2])
     exact = np.divide(direction, length, out=direction)
     unit = exact if is_wide(camera) else exact.astype(np.float32)
-    clip_start, clip_end = camera.clip_start * length, camera.clip_end * length
+    return _from_ball(foot, exact, unit, camera.clip_start * length, camera.clip_end * length, bounds_radius)
+
+
+def _from_ball(
+    foot: Float64, exact: Float64, unit: Array, clip_start: Float64, clip_end: Float64, bounds_radius: float
+) -> tuple[Float32, Array, Float32]:
+    """Rays from feet (3, 1 or n) along exact directions (3, n) and as they are rounded, between distances (n,)."""
     # Distances along each ray to where it passes the centre, and to where it enters the ball.
     nearest = -(foot[0] * exact[0] + foot[1] * exact[1] + foot[2] * exact[2])
     start = np.maximum(clip_start, nearest - bounds_radius)
@@ -71,31 +84,80 @@ def generate_rays(
     return origin.astype(np.float32), unit, (clip_end - start).astype(np.float32)
 
 
+def _panoramic_rays(
+    camera: Camera,
+    panorama: Panorama,
+    u: Float64,
+    v: Float64,
+    eye: Float64,
+    bounds_radius: float,
+    on_lens: tuple[Float64, Float64] | None,
+) -> tuple[Float32, Array, Float32]:
+    """`generate_rays` of a panoramic camera through places u, v (n,) of its view plane.
+
+    Its lens lies across each ray (Cycles, camera_sample_panorama), turned so that it is level.
+    """
+    local = directions(panorama, u, v)
+    shown = np.isfinite(local[0])
+    local = np.where(shown, local, np.array([[0.0], [0.0], [-1.0]]))
+    foot = np.zeros((3, 1))
+    if on_lens is not None and camera.lens is not None:
+        # Level and upright beside the ray; straight up any level direction is across.
+        across = np.stack([-local[2], np.zeros_like(u), local[0]])
+        across[0] += (across == 0).all(axis=0)
+        across /= np.sqrt((across * across).sum(axis=0))
+        upright = np.cross(across, local, axis=0)
+        foot = on_lens[0] * across + on_lens[1] * upright
+        local = local - foot / camera.lens.focus_distance
+        local /= np.sqrt((local * local).sum(axis=0))
+    matrix = np.asarray(camera.matrix_world, np.float64)[:3, :3]
+    exact, foot = (
+        np.stack([m[0] * each[0] + m[1] * each[1] + m[2] * each[2] for m in matrix]) for each in (local, foot)
+    )
+    n = len(u)
+    clip_start, clip_end = np.full(n, float(camera.clip_start)), np.full(n, float(camera.clip_end))
+    origin, unit, t_max = _from_ball(
+        foot + eye[:, None], exact, exact.astype(np.float32), clip_start, clip_end, bounds_radius
+    )
+    return origin, unit, np.where(shown, t_max, np.float32(NOTHING))
+
+
 def near_plane(camera: Camera, center: Float64) -> tuple[Float64, Float64]:
     """Lowest and highest corner (3,) of a box around all places where rays start, but for those on the ball that holds
     the scene (`generate_rays`): nothing is around these."""
     axis_x, axis_y, axis_z, position = (np.asarray(camera.matrix_world, np.float64)[:3, i] for i in range(4))
+    if camera.panorama is not None:
+        reach = camera.clip_start + (0.0 if camera.lens is None else _widest(camera.lens))
+        reach += NEAR_MARGIN * (reach + float(np.max(np.abs(position - center))))
+        return position - center - reach, position - center + reach
     left, right, bottom, top = camera.view_plane
     size = camera.clip_start if camera.projection == "PERSP" else 1.0
     corners = np.array([x * size * axis_x + y * size * axis_y for x in (left, right) for y in (bottom, top)])
     corners += position - center - camera.clip_start * axis_z
     slack = NEAR_MARGIN * (np.max(np.abs(corners)) + np.max(np.abs(position - center)))
     if camera.lens is not None:
-        widest = camera.lens.radius * max(1.0, 1.0 / camera.lens.ratio)
-        slack += widest * max(1.0, camera.clip_start / camera.lens.focus_distance)
+        slack += _widest(camera.lens) * max(1.0, camera.clip_start / camera.lens.focus_distance)
     return corners.min(axis=0) - slack, corners.max(axis=0) + slack
+
+
+def _widest(lens: Lens) -> float:
+    return lens.radius * max(1.0, 1.0 / lens.ratio)
 
 
 def project(
     camera: Camera, point: Float64, on_lens: tuple[Float64, Float64] | None = None
 ) -> tuple[Float64, Float64, Float64]:
-    """World points (3, n) to film positions x, y (n,) in pixels, and their depth: the inverse of `generate_rays`."""
+    """World points (3, n) to film positions x, y (n,) in pixels, and their depth, of a panorama their distance:
+    the inverse of `generate_rays`, of a panorama that of its pinhole; NaN where it shows nothing."""
     local = np.linalg.inv(np.asarray(camera.matrix_world, np.float64))
     position = [
         local[i, 0] * point[0] + local[i, 1] * point[1] + local[i, 2] * point[2] + local[i, 3] for i in range(3)
     ]
     depth = -position[2]
     left, right, bottom, top = camera.view_plane
+    if camera.panorama is not None:
+        depth = np.sqrt(position[0] * position[0] + position[1] * position[1] + position[2] * position[2])
+        position, on_lens = [*places(camera.panorama, np.stack(position) / depth), depth], None
     with np.errstate(all="ignore"):
         scale = 1 / np.where(depth > 0, depth, np.inf) if camera.projection == "PERSP" else np.ones_like(depth)
     if on_lens is not None and camera.lens is not None:

@@ -64,6 +64,7 @@ def _obstacles(scene: CompiledScene, seen: PrimitiveSet, aovs: list[str]) -> Ite
         "light from below surfaces": bool(table.scatters.any()),
         "layers that vary": bool((table.layered & ~table.tabulated.known).any()),
         "a very wide lens": is_wide(scene.camera),
+        "a panorama": scene.camera.panorama is not None,
     }
     yield from (name for name, there in found.items() if there)
     sets = [seen, scene.seen_by_camera, scene.seen_by_secondary, scene.blockers_of_all.casts]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...expressions import casts_rays, reads_ray
 from ...scene import Camera, Float32, Float64, Scene, Settings
 from ..core.cache import PREPARED, SceneCache
-from ..core.camera import generate_rays, near_plane
+from ..core.camera import NOTHING, generate_rays, near_plane
 from ..core.constants import MIRROR_ROUGHNESS
 from ..core.rays import Rays, camera_rays, traceable
 from ..core.stats import Stats
@@ -267,10 +267,13 @@ class CompiledScene:
         if stats is not None and self.camera_in_solid:
             media = self.media.around_camera(origin, direction, lambda: self.solids, stats)
         sample = np.arange(n) if sample is None else sample
-        return camera_rays(
+        rays = camera_rays(
             origin, direction, t_max, sample, media, signed, branched, self.linked_lamps, self.surfaces.mixes_glass,
             self.asks_rays,
         )  # fmt: skip
+        if self.camera.panorama is not None:
+            rays.throughput[:, t_max == NOTHING] = 0  # black beside a fisheye's circle
+        return rays
 
     def shown(self, pixels: NDArray[np.intp], stats: Stats) -> tuple[Rays, Hits]:
         """What rays through the centres of pixels (n,) of the window hit first, through a pinhole, between the clip

@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 
 from ...scene import (
+    Camera,
     Expression,
     Float32,
     Int32,
@@ -23,6 +24,7 @@ from ...scene import (
     TriangleMesh,
     World,
 )
+from ..core.panorama import MAPPINGS
 from ..emitters.lights import kind_of
 
 _SHARES = ("reflectivity", "opacity")
@@ -125,9 +127,10 @@ def _check_settings(settings: Settings) -> None:
 def _check_camera(scene: Scene) -> None:
     camera = scene.camera
     _require(
-        camera.projection in ("PERSP", "ORTHO"),
-        f"camera: only perspective and orthographic cameras can be traced, got {camera.projection!r}",
+        camera.projection in ("PERSP", "ORTHO", "PANO"),
+        f"camera: projection must be PERSP, ORTHO or PANO, got {camera.projection!r}",
     )
+    _check_panorama(camera)
     _require(bool(np.isfinite(camera.matrix_world).all()), "camera: matrix_world must be finite")
     _require(_finite(camera.view_plane), f"camera: view_plane must be finite, got {camera.view_plane}")
     clip = (camera.clip_start, camera.clip_end)
@@ -139,6 +142,23 @@ def _check_camera(scene: Scene) -> None:
     x0, y0, x1, y1 = camera.window
     _require(x0 <= x1 and y0 <= y1 and x0 >= 0 and y0 >= 0, f"camera: window is upside down: {camera.window}")
     _require(min(camera.resolution) >= 1, f"camera: resolution must be at least 1 x 1, got {camera.resolution}")
+
+
+def _check_panorama(camera: Camera) -> None:
+    panorama = camera.panorama
+    _require(
+        (panorama is not None) == (camera.projection == "PANO"),
+        f"camera: a panorama is what PANO needs, and no other projection, got {camera.projection!r} with {panorama}",
+    )
+    if panorama is None:
+        return
+    _require(panorama.kind in MAPPINGS, f"camera: panorama must be one of {', '.join(MAPPINGS)}, got {panorama.kind!r}")
+    for field in fields(panorama):
+        value = getattr(panorama, field.name)
+        if field.name != "kind":
+            _require(_finite(np.atleast_1d(value)), f"camera: the panorama's {field.name} must be finite, got {value}")
+    above_0 = (panorama.radius, panorama.lens, *panorama.sensor)
+    _require(min(above_0) > 0, f"camera: the panorama's radius, lens and sensor must be above 0, got {above_0}")
 
 
 def _check_mask(scene: Scene, mask: Float32 | None) -> None:

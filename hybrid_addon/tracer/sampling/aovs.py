@@ -43,7 +43,7 @@ CHUNK = 1 << 16
 def depth_and_normal(scene: CompiledScene, pixels: Pixels, stats: Stats) -> dict[str, Float32]:
     """Of the pixels (m,) of the camera's window: {"depth": (h, w), "normal": (h, w, 3)} float32.
 
-    depth  : metres along the view axis to what camera rays are to show; NO_DEPTH where they show nothing.
+    depth  : metres along the view axis to what camera rays are to show, of a panorama along the ray; NO_DEPTH: nothing.
     normal : world space, unit length, on the camera's side; 0 there.
     """
     x0, y0, x1, y1 = scene.camera.window
@@ -58,7 +58,9 @@ def depth_and_normal(scene: CompiledScene, pixels: Pixels, stats: Stats) -> dict
             rays, hits = rays.take(kept), hits.take(kept)
         at = interact(scene.geometry, scene.surfaces, hits, rays)
         place, from_eye = chunk[rays.sample], at.point + (scene.geometry.center - eye)[:, None]
-        depth[place] = -(axis @ from_eye)
+        depth[place] = (
+            -(axis @ from_eye) if scene.camera.panorama is None else np.sqrt((from_eye * from_eye).sum(axis=0))
+        )
         normal[place] = at.n_shading.T
         closures = closures_at(scene, rays, at, hits.t)
         if closures.owner is None or closures.weight is None:

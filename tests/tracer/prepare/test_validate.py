@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hybrid_addon.scene import PointLight, Settings, Sphere, Surface
+from hybrid_addon.scene import Panorama, PointLight, Settings, Sphere, Surface
 from hybrid_addon.tracer import trace
 
 GOOD = Settings(samples=1, threads=1)
@@ -47,7 +47,9 @@ def test_bad_indices_never_reach_embree(build):
 def test_other_refusals(build):
     s = build.scene((build.box(), build.matte()))
     cases = [
-        (replace(s, camera=replace(s.camera, projection="PANO")), "perspective and orthographic"),
+        (replace(s, camera=replace(s.camera, projection="CUSTOM")), "PERSP, ORTHO or PANO"),
+        (replace(s, camera=replace(s.camera, projection="PANO")), "a panorama is what PANO needs"),
+        (replace(s, camera=replace(s.camera, projection="PANO", panorama=Panorama("ODD"))), "'ODD'"),
         (replace(s, instances=(replace(s.instances[0], mesh=7),)), "there is no mesh 7"),
         (replace(s, instances=(replace(s.instances[0], surfaces=(3,)),)), "there is no surface 3"),
         (replace(s, spheres=(Sphere("ball", (0, 0, 0), 0.0, 0),)), "object 'ball': radius must be positive"),

@@ -231,7 +231,8 @@ CAMERA: Table = {
         "angle_x, angle_y, angle, type"
     ),
     **irrelevant(
-        "of panoramic and custom cameras, which EEVEE and the tracer draw as perspective ones: named",
+        "of panoramic and custom cameras, which EEVEE draws as perspective ones: named; panoramas are "
+        "followed with Trace: Everything",
         "panorama_type, fisheye_*, latitude_*, longitude_*, central_cylindrical_*, custom_*",
     ),
     **irrelevant(

@@ -58,6 +58,7 @@ GERMAN = {
     "Make all suggested objects and materials ray traced": "Raytracing für alles, was vorgeschlagen ist",
     "Some of its materials are ray traced": "Einige seiner Materialien haben Raytracing",
     "Only some of its materials need rays: {}": "Nur einige seiner Materialien brauchen Strahlen: {}",
+    "Drawn as Perspective, as EEVEE draws it": "Wird perspektivisch gezeichnet, wie von EEVEE",
     "Hybrid is off in this scene": "Hybrid ist in dieser Szene aus",
     "Switch On": "Einschalten",
     "The object's own Custom values are used": "Es gelten die eigenen Werte des Objekts",

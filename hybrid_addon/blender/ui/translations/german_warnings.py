@@ -107,6 +107,9 @@ WARNINGS = {
         "Objekt {} der Hintergrundszene {} instanziert andere, wird instanziert oder ist verknüpft: nur EEVEE zeichnet "
         "es; mit Szene {} verknüpfen, um es zu verfolgen"
     ),
+    "camera {}: Advanced > Trace: Everything draws it as a panorama": (
+        "Kamera {}: „Erweitert > Verfolgen: Alles“ zeichnet sie als Panorama"
+    ),
     "camera {}: its type {} is Cycles' alone; drawn as Perspective, as EEVEE draws it": (
         "Kamera {}: ihren Typ {} kennt nur Cycles; perspektivisch gezeichnet, wie von EEVEE"
     ),
