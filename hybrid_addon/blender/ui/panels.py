@@ -147,16 +147,15 @@ class HYBRID_CAMERA_PT_panorama(bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, b_mapping = self.layout, panorama_settings(context.camera)
-        layout.use_property_split, layout.use_property_decorate = True, False
         if context.scene.hybrid.mode != "FULL":
             paragraph(layout, context, iface("Drawn as Perspective, as EEVEE draws it"), icon="INFO")
-            layout.prop(context.scene.hybrid, "mode")
+            field(layout, context, context.scene.hybrid, "mode")
             return
-        layout.prop(b_mapping, "panorama_type")
+        field(layout, context, b_mapping, "panorama_type")
         for names in PANORAMA_SETTINGS.get(b_mapping.panorama_type, ()):
             column = layout.column(align=True)
             for name in names.split():
-                column.prop(b_mapping, name)
+                field(column, context, b_mapping, name)
 
 
 def _draw_switched_off(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:

@@ -14,6 +14,7 @@ import pytest
 from hybrid_addon.blender import flags, session
 from hybrid_addon.blender.errors import HybridError
 from hybrid_addon.blender.pipeline import transmission
+from hybrid_addon.blender.sync.camera import panorama_settings
 from hybrid_addon.blender.sync.coverage import scene_tables
 from hybrid_addon.blender.ui import advice, layout, messages, operators, panels, render_panels, translations
 from hybrid_addon.blender.ui.image_editor import editor_panels
@@ -45,7 +46,7 @@ def seen(scene, width=labels.DEFAULT_WIDTH):
     return SimpleNamespace(
         scene=scene, object=b_object, material=b_object.active_material, collection=scene.collection,
         region=SimpleNamespace(width=width), engine=scene.render.engine, window_manager=bpy.context.window_manager,
-        space_data=None, view_layer=scene.view_layers[0],
+        space_data=None, view_layer=scene.view_layers[0], camera=scene.camera.data,
     )  # fmt: skip
 
 
@@ -76,6 +77,21 @@ def test_no_word_of_a_panel_is_cut(cube, monkeypatch, language, width):
         cube.objects["Cube"].active_material.hybrid.surface = surface
         context = seen(cube, width)
         assert {panel.__name__: words for panel in PANELS if (words := labels.cut(panel, context))} == {}
+
+
+def test_settings_of_each_panorama_are_there_and_fit(cube):
+    b_camera = cube.camera.data
+    panel, context = panels.HYBRID_CAMERA_PT_panorama, seen(cube)
+    assert not panel.poll(context)
+    b_camera.type = "PANO"
+    assert panel.poll(context) and "as EEVEE draws it" in drawn(panel, cube)
+    cube.hybrid.mode = "FULL"
+    b_mapping = panorama_settings(b_camera)
+    for kind, groups in panels.PANORAMA_SETTINGS.items():
+        b_mapping.panorama_type = kind
+        assert labels.cut(panel, context) == []
+        words = drawn(panel, cube)
+        assert all(b_mapping.bl_rna.properties[name].name in words for name in " ".join(groups).split())
 
 
 def test_the_measure_finds_what_is_cut(cube):
