@@ -14,24 +14,30 @@ from ..sync.camera import panorama_settings
 from ..sync.material import customised
 from ..sync.settings import custom_surface
 from .image_editor import picker
-from .layout import field, paragraph
+from .layout import field, paragraph, room, splits
 from .presets import HYBRID_PT_surface_presets
 from .render_panels import COMPAT_ENGINES
 from .surface_words import described
 from .translations import iface, sentence
 
-PANORAMA_SETTINGS = {
-    "EQUIRECTANGULAR": ("latitude_min latitude_max", "longitude_min longitude_max"),
-    "FISHEYE_EQUIDISTANT": ("fisheye_fov",),
-    "FISHEYE_EQUISOLID": ("fisheye_lens", "fisheye_fov"),
-    "FISHEYE_LENS_POLYNOMIAL": ("fisheye_fov", " ".join(f"fisheye_polynomial_k{power}" for power in range(5))),
+PANORAMA_SETTINGS: dict[str, tuple[dict[str, str], ...]] = {
+    "EQUIRECTANGULAR": (
+        {"latitude_min": "Latitude Min", "latitude_max": "Max"},
+        {"longitude_min": "Longitude Min", "longitude_max": "Max"},
+    ),
+    "FISHEYE_EQUIDISTANT": ({"fisheye_fov": "Field of View"},),
+    "FISHEYE_EQUISOLID": ({"fisheye_lens": "Lens", "fisheye_fov": "Field of View"},),
+    "FISHEYE_LENS_POLYNOMIAL": (
+        {"fisheye_fov": "Field of View"},
+        {f"fisheye_polynomial_k{power}": f"K{power}" for power in range(5)},
+    ),
     "CENTRAL_CYLINDRICAL": (
-        "central_cylindrical_range_v_min central_cylindrical_range_v_max",
-        "central_cylindrical_range_u_min central_cylindrical_range_u_max",
-        "central_cylindrical_radius",
+        {"central_cylindrical_range_v_min": "Height Min", "central_cylindrical_range_v_max": "Max"},
+        {"central_cylindrical_range_u_min": "Longitude Min", "central_cylindrical_range_u_max": "Max"},
+        {"central_cylindrical_radius": "Radius"},
     ),
 }
-"""Of each kind of panorama, the settings that it reads, in groups."""
+"""Of each kind of panorama the settings that it reads, in groups, with Blender's words for them."""
 
 MATERIALS_SHOWN = 3
 """Of an object with many materials, in its panel."""
@@ -151,11 +157,12 @@ class HYBRID_CAMERA_PT_panorama(bpy.types.Panel):
             paragraph(layout, context, iface("Drawn as Perspective, as EEVEE draws it"), icon="INFO")
             field(layout, context, context.scene.hybrid, "mode")
             return
-        field(layout, context, b_mapping, "panorama_type")
-        for names in PANORAMA_SETTINGS.get(b_mapping.panorama_type, ()):
+        layout.prop(b_mapping, "panorama_type", text="")
+        layout.use_property_split, layout.use_property_decorate = splits(room(context)), False
+        for group in PANORAMA_SETTINGS.get(b_mapping.panorama_type, ()):
             column = layout.column(align=True)
-            for name in names.split():
-                field(column, context, b_mapping, name)
+            for name, text in group.items():
+                column.prop(b_mapping, name, text=text)
 
 
 def _draw_switched_off(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
