@@ -30,6 +30,9 @@ RAY, INSTANCE = "ray:", "instance:"
 """How keys of attributes begin that are asked of the ray, by Light Path's outputs, and of the instance
 (scene.Instance.values); "instance:OBJECT_TO_WORLD" and "instance:WORLD_TO_OBJECT" are its matrices, 12 numbers each."""
 
+VOLUME = "volume"
+"""First word of the keys of grids (scene.FogBody.grids)."""
+
 FINITE = 1e30  # results are clamped to +- this: a division by 0 in a node must not end as NaN in a picture
 
 
@@ -150,6 +153,12 @@ def reads_of_instance(surface: Surface) -> set[str]:
 def instance_keys(*values: object) -> set[str]:
     """Keys of what values ask of the instance."""
     return {e.data.removeprefix(INSTANCE) for e in walk(*values) if _is_attribute(e, INSTANCE)}
+
+
+def grid_keys(*values: object) -> set[str]:
+    """Names of the grids that values ask for."""
+    start = VOLUME + ":"
+    return {e.data.removeprefix(start) for e in walk(*values) if _is_attribute(e, start)}
 
 
 def _is_attribute(e: Expression, kind: str) -> bool:

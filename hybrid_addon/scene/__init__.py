@@ -15,8 +15,8 @@ Conventions, stated here once and valid in every pure module of the package:
   the tracer has recentred it.
 * **Directions** `wi`, `wo` point away from the surface; `eta` is transmitted over incident IOR.
 
-    camera.py surfaces.py programs.py texels.py media.py fog.py geometry.py lights.py film.py    the dataclasses, all
-                                                                                                 here, too
+    camera.py surfaces.py values.py programs.py texels.py media.py fog.py geometry.py lights.py film.py    the dataclasses,
+                                                                                                 all here, too
 """
 
 from __future__ import annotations
@@ -27,14 +27,15 @@ import numpy as np
 
 from .camera import Camera, Lens, Panorama
 from .film import Film, Raster, Settings
-from .fog import Fog, FogBody
+from .fog import Fog, FogBody, VoxelGrid
 from .geometry import Instance, Plane, Sphere, TriangleMesh, Visibility
 from .lights import AreaLight, Arriving, Light, PlacedLight, PointLight, SpotLight, SunLight, World, WorldSun
 from .media import Medium
 from .numbers import BLACK, RGB, WHITE, Bools, Float32, Float64, Int32
 from .programs import SurfaceAnswer, SurfaceHits, SurfaceProgram
-from .surfaces import Closure, Color, Expression, Number, Surface, Texture, Value
+from .surfaces import Closure, Surface, Texture
 from .texels import Texels
+from .values import Color, Expression, Number, Value
 
 __all__ = [
     "BLACK",
@@ -77,6 +78,7 @@ __all__ = [
     "TriangleMesh",
     "Value",
     "Visibility",
+    "VoxelGrid",
     "World",
     "WorldSun",
 ]

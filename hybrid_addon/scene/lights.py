@@ -9,7 +9,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from .numbers import BLACK, RGB, Float64
-from .surfaces import Color, Texture
+from .surfaces import Texture
+from .values import Color
 
 
 @dataclass(frozen=True, eq=False)

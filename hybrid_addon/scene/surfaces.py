@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Surfaces, their closures, and the textures and expressions that vary over them. Conventions: see the package."""
+"""Surfaces, their closures, and the textures that vary over them. Conventions: see the package."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from .media import Medium
 from .numbers import BLACK, RGB, WHITE, Float32, Float64
 from .programs import SurfaceProgram
 from .texels import Texels, texels_of
+from .values import Color, Expression, Number
 
 MIN_IOR = 1e-5
 """Blender's own least, of solids and of films."""
@@ -42,25 +43,6 @@ class Texture:
     def parts(self) -> list[Texels]:
         """The texels of `pixels`, then of the tiles."""
         return [texels_of(part) for part in (self.pixels, *self.tiles.values())]
-
-
-@dataclass(frozen=True, eq=False)
-class Expression:
-    """A number or colour that varies over a surface; expressions.py has the operations and works it out at each hit.
-
-    operation : its name there: "image", "attribute", "multiply", "ramp", ...
-    inputs    : numbers, colours and expressions.
-    data      : what the operation needs besides: the Texture of an image, the key of an attribute, a ramp's table.
-    """
-
-    operation: str
-    inputs: tuple[Value, ...] = ()
-    data: Any = None
-
-
-Value = float | RGB | Expression
-Number = float | Expression
-Color = RGB | Expression
 
 
 @dataclass(frozen=True, eq=False)

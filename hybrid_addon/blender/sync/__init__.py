@@ -4,7 +4,8 @@
     camera.py light.py world.py     those three, with their units
     objects.py                      which objects appear where, and what they wear
     mesh.py strands.py tubes.py     evaluated meshes -> arrays; hair, curves and points -> thin triangles
-    material.py shaders.py volume.py    node trees and Custom settings -> Surface
+    material.py shaders.py volume.py    node trees and Custom settings -> Surface, Medium
+    grids.py                        voxels of volume objects and smoke
     values.py value_nodes.py texture_nodes.py object_nodes.py    nodes of numbers and colours -> expressions
     object_values.py                what surfaces read of the object that wears them
     texture.py image.py sky.py      image nodes -> Texture, images (image_file.py) and skies -> texels

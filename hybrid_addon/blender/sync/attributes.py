@@ -9,7 +9,7 @@ import bmesh
 import bpy
 import numpy as np
 
-from ...scene import Float32, Int32
+from ...scene import Float32, Float64, Int32
 from .messages import Warnings
 
 FIELDS = {  # of an attribute's data type: the property to read, and its numbers
@@ -65,6 +65,13 @@ def generated_of(b_mesh: bpy.types.Mesh, points: Float32) -> Float32:
     """(n, 3) generated coordinates of local points (n, 3): where they lie in the mesh's texture space."""
     middle, half = (np.array(v, np.float32) for v in (b_mesh.texspace_location, b_mesh.texspace_size))
     return (points - middle) / (2 * np.where(half != 0, half, np.float32(1))) + np.float32(0.5)
+
+
+def texture_space(b_mesh: bpy.types.Mesh) -> Float64:
+    """(3, 4), the same as a matrix for local positions."""
+    middle, half = (np.array(v, np.float64) for v in (b_mesh.texspace_location, b_mesh.texspace_size))
+    scale = 0.5 / np.where(half != 0, half, 1.0)
+    return np.concatenate([np.diag(scale), (0.5 - middle * scale)[:, None]], axis=1)
 
 
 def _around(b_mesh: bpy.types.Mesh) -> Float32:

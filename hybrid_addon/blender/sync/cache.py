@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from ...scene import Float64, Texels, TriangleMesh
+from ...scene import Float64, Texels, TriangleMesh, VoxelGrid
 
 MAX_BYTES = 1 << 30
-"""What is kept of meshes, and of images, at most."""
+"""What is kept of meshes, of images, and of grids, at most."""
 
 
 class MeshCache:
@@ -39,7 +39,8 @@ class MeshCache:
         self.meshes = self.images = 0
         self._meshes: tuple[dict[Hashable, TriangleMesh], dict[Hashable, TriangleMesh]] = ({}, {})
         self._images: tuple[dict[Hashable, Texels], dict[Hashable, Texels]] = ({}, {})
-        self._room = [MAX_BYTES, MAX_BYTES]
+        self._grids: tuple[dict[Hashable, VoxelGrid], dict[Hashable, VoxelGrid]] = ({}, {})
+        self._room = [MAX_BYTES, MAX_BYTES, MAX_BYTES]
         self._places: dict[str, set[Hashable]] = {}
         self._seen: dict[str, set[Hashable]] = {}
         self._restless: set[str] = set()
@@ -47,12 +48,14 @@ class MeshCache:
     def begin(self) -> None:
         """A frame begins."""
         self.meshes = self.images = 0
-        self._room = [MAX_BYTES, MAX_BYTES]
+        self._room = [MAX_BYTES, MAX_BYTES, MAX_BYTES]
         self._meshes, self._images = (self._meshes[1], {}), (self._images[1], {})
+        self._grids = (self._grids[1], {})
 
     def end(self) -> None:
         """It is translated: what it did not ask for goes."""
         self._meshes, self._images = ({}, self._meshes[1]), ({}, self._images[1])
+        self._grids = ({}, self._grids[1])
         self._places, self._seen = self._seen, {}
 
     def mesh(self, key: Hashable, new: TriangleMesh) -> TriangleMesh:
@@ -78,6 +81,16 @@ class MeshCache:
         self._room[1] -= texels.nbytes
         if self._room[1] >= 0:
             self._images[1][key] = texels
+
+    def grid(self, key: Hashable) -> VoxelGrid | None:
+        """The last frame's grid of this key, or this one's, if there is one."""
+        return self._grids[1].get(key) or self._grids[0].get(key)
+
+    def keep_grid(self, key: Hashable, grid: VoxelGrid) -> None:
+        """Leave it for the next frame. The key says all that it is made of."""
+        self._room[2] -= grid.values.nbytes
+        if self._room[2] >= 0:
+            self._grids[1][key] = grid
 
     def has_moved(self, name: str, mesh: TriangleMesh, matrix: Float64) -> bool:
         """Whether an object has been elsewhere, or of another shape, in any frame so far."""

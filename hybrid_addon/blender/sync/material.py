@@ -10,13 +10,13 @@ loss, set to opacity 0 it is clear glass, and gold stays gold.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import bpy
 
-from ...scene import WHITE, Expression, Surface
+from ...scene import WHITE, Expression, Medium, Surface
 from ..flags import is_ticked, is_traced_by_itself, why_not
 from .coverage import name_settings, name_sockets
 from .displacement import bent, displacement_of
@@ -28,7 +28,7 @@ from .shaders import surface_from
 from .sums import averaged, each, singles
 from .surface_programs import programmed
 from .texture import FrameFacts, NodeReader
-from .volume import absorption_from, medium_from
+from .volume import absorption_from, default_medium, medium_from, scaled
 
 MIRROR_ROUGHNESS = 0.25  # above it a sharp mirror image looks wrong enough to be worth a warning
 DEFAULT = Surface(specular=(0.04, 0.04, 0.04), ior=1.5, layered=True, edge_tint=WHITE)
@@ -54,6 +54,7 @@ class Surfaces:
         self._b_override = b_override
         self._warn = warn
         self._materials: dict[str, tuple[Surface, Any]] = {}
+        self._media: dict[tuple[str, Any], Medium | None] = {}
         self._index: dict[tuple[str, CustomSurface], int] = {}
         self.surfaces: list[Surface] = []
         self.moves: list[Any] = []
@@ -80,6 +81,30 @@ class Surfaces:
                 b_material, self._images, self._warn, self.frame
             )
         return self._materials[b_material.name_full]
+
+    def medium_of(self, b_object: bpy.types.Object, grids: Mapping[str, int], scale: float) -> Medium | None:
+        """What fills an object that has grids, by the first of its materials that has a volume; None: nothing does.
+
+        grids : see `medium_from`.   scale : what all of it is multiplied by.
+        """
+        for b_material in [b_slot.material for b_slot in b_object.material_slots] or [None]:
+            b_worn = self._b_override or b_material
+            key = (b_worn.name_full if b_worn else "", tuple(sorted(grids.items())))
+            if key not in self._media:
+                self._media[key] = self._medium(b_worn, grids)
+            medium = self._media[key]
+            if medium is not None:
+                return None if medium.is_nothing else scaled(medium, scale)
+        return None
+
+    def _medium(self, b_material: bpy.types.Material | None, grids: Mapping[str, int]) -> Medium | None:
+        if b_material is None:
+            return default_medium(grids)
+        output = active_output(b_material.node_tree) if uses_nodes(b_material) else None
+        if output is None or output.input("Volume").node() is None:
+            return None
+        name_settings(b_material, f"material {b_material.name!r}", self._warn)
+        return medium_from(output.input("Volume"), _reader(b_material, self._images, self._warn, self.frame), grids)
 
 
 def customised(surface: Surface, custom: CustomSurface) -> Surface:
@@ -136,8 +161,7 @@ def _described(
     """What its node tree describes, or its viewport values where it has no nodes; and what displaces it."""
     if not uses_nodes(b_material):
         return _without_nodes(b_material), None
-    reader = NodeReader(f"material {b_material.name!r}", images, warn, frame)
-    reader.material_index = b_material.pass_index
+    reader = _reader(b_material, images, warn, frame)
     output = active_output(b_material.node_tree)
     if output is None:
         reader.warn("it has no active output; it is black")
@@ -145,6 +169,12 @@ def _described(
     name_sockets(output, reader)
     surface = replace(_inside_and_out(output, reader), approximate=reader.approximate)
     return surface, displacement_of(output, reader)
+
+
+def _reader(b_material: bpy.types.Material, images: Images, warn: Warnings, frame: FrameFacts) -> NodeReader:
+    reader = NodeReader(f"material {b_material.name!r}", images, warn, frame)
+    reader.material_index = b_material.pass_index
+    return reader
 
 
 def _inside_and_out(output: Node, reader: NodeReader) -> Surface:

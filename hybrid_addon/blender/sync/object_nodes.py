@@ -60,9 +60,15 @@ def _attribute(node: Node, output: str, reader: NodeReader) -> Value | None:
     b_node = node.b_node
     kind = getattr(b_node, "attribute_type", "GEOMETRY")
     name = b_node.layer_name if node.kind == "ShaderNodeVertexColor" else b_node.attribute_name
+    three: Any
     if kind == "VIEW_LAYER":
-        found = next(filter(None, (rgba_in(b_owner, name) for b_owner in reader.frame.b_owners)), (0.0,) * 4)
-        three, alpha = found[:3], found[3]
+        rgba = next(filter(None, (rgba_in(b_owner, name) for b_owner in reader.frame.b_owners)), (0.0,) * 4)
+        three, alpha = rgba[:3], rgba[3]
+    elif reader.grids is not None and kind == "GEOMETRY":  # in a volume: a grid
+        found = attribute(f"{ex.VOLUME}:{name}") if name in reader.grids else (0.0, 0.0, 0.0)
+        width = reader.grids.get(name, 3)
+        three = ex.apply("first_three", found) if width > 1 else ex.as_color(found)
+        alpha = ex.apply("channel", found, data=3) if width > 3 else 1.0
     elif reader.camera is not None:
         return None
     else:

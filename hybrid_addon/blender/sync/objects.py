@@ -12,7 +12,7 @@ does not separate; here an object is left out of them only if both of Cycles' sw
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -20,12 +20,14 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...expressions import instance_keys, reads, reads_of_instance
-from ...scene import Float64, FogBody, Instance, Light, TriangleMesh, Visibility
+from ...expressions import grid_keys, instance_keys, reads, reads_of_instance
+from ...scene import Float64, FogBody, Instance, Light, Medium, TriangleMesh, Visibility, VoxelGrid
 from ..flags import Flags
+from .attributes import texture_space
 from .cache import MeshCache
-from .coverage import FIRST, name_object, name_settings
+from .coverage import name_object, name_settings
 from .displacement import WORLDLY, Place, Sampler, displaced, keys_of_mesh
+from .grids import Grids, smoke_domain, smoke_grids, volume_grids
 from .light import LightContext, translate_light
 from .likely_to_move import moves
 from .linking import Links, linked, links_of
@@ -35,7 +37,7 @@ from .messages import Warnings
 from .object_values import ObjectValues
 from .settings import ObjectSettings, instance_settings
 from .strands import has_hair, translate_curves, translate_hair, translate_points
-from .volume import is_smoke, name_fog
+from .volume import density_scale, name_fog
 
 MeshKey = tuple[int, frozenset[str], bytes]
 Translate = Callable[[bpy.types.Object, frozenset[str], Warnings], TriangleMesh | None]
@@ -104,6 +106,8 @@ class Objects:
             self._add_surface(b_instance)
         elif b_object.type in SHAPES:
             self._add_shape(b_instance, SHAPES[b_object.type])
+        elif b_object.type == "VOLUME":
+            self._add_volume(b_instance, volume_grids(b_object, self._kept, self._warn))
         else:
             name_object(b_object, self._warn)
 
@@ -118,12 +122,34 @@ class Objects:
         b_object = b_instance.object
         if not _has_faces(b_object.data):
             return
-        if is_smoke(b_object):
-            self._warn.add(f"object {b_object.name!r}: smoke is not traced: rays meet nothing of it", FIRST)
+        b_smoke = smoke_domain(b_object)
+        if b_smoke is not None:
+            self._add_volume(b_instance, smoke_grids(b_object, b_smoke))
             return
         settings = instance_settings(b_instance, self._flags)
         surfaces = self._surfaces_of(b_object, settings)
         self._place(b_instance, settings, surfaces, self._mesh_of(b_instance, surfaces))
+
+    def _add_volume(self, b_instance: bpy.types.DepsgraphObjectInstance, grids: Grids | None) -> None:
+        """A box full of what its grids tell, in the first of its materials that has a volume; None: it is empty."""
+        b_object = b_instance.object
+        name_settings(b_object, f"object {b_object.name!r}", self._warn)
+        name_fog(b_object, instance_settings(b_instance, self._flags).ray_traced, self._warn)
+        if grids is None:
+            return
+        medium = self._surfaces.medium_of(b_object, grids.widths, density_scale(b_object, _matrix(b_instance)))
+        if medium is not None:
+            found = grids.read(grid_keys(*medium.values))
+            self._fill(b_instance, grids.box(b_object.name), medium, grids.to_generated, found)
+
+    def _fill(
+        self, b_instance: bpy.types.DepsgraphObjectInstance, mesh: TriangleMesh, medium: Medium, to_generated: Float64,
+        grids: Mapping[str, VoxelGrid],
+    ) -> None:  # fmt: skip
+        """A body of fog where an instance is."""
+        values = self._values.of(b_instance, instance_keys(*medium.values))
+        name, matrix = b_instance.object.name, _matrix(b_instance)
+        self.fog.append(FogBody(name, mesh, matrix, medium, grids, to_generated, values))
 
     def _add_shape(self, b_instance: bpy.types.DepsgraphObjectInstance, translate: Translate) -> None:
         """A curves object, a point cloud: EEVEE draws them by their radius."""
@@ -210,7 +236,7 @@ class Objects:
         for slot, medium in media.items():
             part = None if medium is None else self._part(b_instance, mesh, frozenset([slot]), len(surfaces))
             if part is not None and medium is not None:
-                self.fog.append(FogBody(b_object.name, self.meshes[part], _matrix(b_instance), medium))
+                self._fill(b_instance, self.meshes[part], medium, texture_space(b_object.data), {})
         return rest
 
     def _part(

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -59,6 +59,7 @@ class NodeReader:
     unseen      : of a world, the colour where a sky cannot be drawn.
     light_path  : a world's Light Path node was asked, so that the two may differ.
     frame       : what the nodes may ask of the camera and of the view layer.   material_index : the artist's own.
+    grids       : while a volume is read, by name how many numbers the grids of its object have; None: a surface is.
     """
 
     def __init__(
@@ -74,6 +75,7 @@ class NodeReader:
         self.unseen: RGB | None = None
         self.frame = frame
         self.material_index = 0
+        self.grids: Mapping[str, int] | None = None
 
     def warn(self, text: str, rank: int = 1) -> None:
         """Warn, in the owner's name. rank: see `Warnings`."""

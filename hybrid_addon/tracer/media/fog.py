@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fog along rays: which media lie on the way, what they leave of light, and what they add in closed form.
 
-A ray is cut at the surfaces of the bodies that it crosses. Between two cuts the media are constant, so the equation of
-radiative transfer has closed forms there (Chandrasekhar 1960; pbrt 4, 11.2): transmittance exp(-sigma_t l), and of a
-source S per metre S (1 - exp(-sigma_t l)) / sigma_t. Whether a ray starts within a body its crossings tell: of a closed
-one it leaves once more than it enters. So nobody tracks fog along a path, and fog displaces no glass.
+A ray is cut at the surfaces of the bodies that it crosses, and into steps where media vary (`varying`). Between two
+cuts the media are constant, so the equation of radiative transfer has closed forms there (Chandrasekhar 1960; pbrt 4,
+11.2): transmittance exp(-sigma_t l), and of a source S per metre S (1 - exp(-sigma_t l)) / sigma_t. Whether a ray
+starts within a body its crossings tell: of a closed one it leaves once more than it enters. So nobody tracks fog along
+a path, and fog displaces no glass.
 """
 
 from __future__ import annotations
@@ -24,10 +25,7 @@ from ..core.vectors import Array, cross, dot, flatnonzero
 from ..geometry.aggregate import PrimitiveSet
 from ..geometry.flatten import flatten
 from ..geometry.parts import closed_parts
-
-EXTINCTION, SCATTERING, EMISSION, TURNED = slice(0, 3), slice(3, 6), slice(6, 9), 9
-"""Rows of a medium's numbers; the last is its mean scattering times its anisotropy."""
-ROWS = 10
+from .varying import EMISSION, EXTINCTION, SCATTERING, TURNED, VaryingMedia, numbers_of
 
 Numbers = NDArray[np.intp]
 Crossing = tuple[Float64, Numbers, Float64]
@@ -155,19 +153,25 @@ class CompiledFog:
         self.sky, self.start = fog.sky, fog.start
         self.shadows, self.reach = fog.shadows, min(fog.reach, EMBREE_LIMIT)
         media = [*(body.medium for body in sound), fog.world or Medium()]
-        self._numbers = np.array([_numbers(medium) for medium in media]).T
+        holders = [(medium, body) for medium, body in zip(media, [*sound, None], strict=True)]
+        varying = [i for i, medium in enumerate(media) if medium.varies]
+        self._varying = VaryingMedia([holders[i] for i in varying], center, fog.steps)
+        present = [[float(i == j) for j in range(len(media))] for i in varying]
+        numbers = np.array([numbers_of(medium) for medium in media]).T
+        self._numbers = np.concatenate([numbers, np.array(present)]) if varying else numbers
         self._everywhere = fog.world is not None and not fog.world.is_nothing
-        self.scatters = any(any(medium.scattering) for medium in media)
-        self.glows = any(any((*medium.scattering, *medium.emission)) for medium in media)
+        self.scatters = any(medium.scatters for medium in media)
+        self.glows = any(medium.glows for medium in media)
         reach = [np.abs(corner - center).max() * np.sqrt(3) for body in sound for corner in _bounds(body)]
         self.radius = np.inf if self._everywhere else float(max(reach, default=0.0))
         self._layers = [_Layer(sound, chosen, camera, center) for chosen in _apart(sound)]
 
     @property
     def stretches(self) -> int:
-        """The most that a ray is likely to be cut into: in and out of each body, and where the world's fog ends."""
+        """The most that a ray is likely to be cut into: in and out of each body, where the world's fog ends, and into
+        steps."""
         crossed = sum(min(2 * len(layer), MAX_FOG_CROSSINGS) for layer in self._layers)
-        return (1 + crossed) * (1 + self._everywhere)
+        return (1 + crossed) * (1 + self._everywhere) + (self._varying.steps if len(self._varying) else 0)
 
     @property
     def is_nothing(self) -> bool:
@@ -178,11 +182,12 @@ class CompiledFog:
         """The fog on rays (3, n) up to distances (n,), which may be infinite."""
         n = origin.shape[1]
         end = np.minimum(distance, EMBREE_LIMIT)
-        world = np.broadcast_to(self._numbers[:, -1:], (ROWS, n))
+        rows = len(self._numbers)
+        world = np.broadcast_to(self._numbers[:, -1:], (rows, n))
         found = [crossing for layer in self._layers for crossing in layer.crossings(origin, direction, stats)]
         crossings = _in_order(found, n)
         # It starts in what it leaves more often than it enters.
-        medium = world + sum((self._numbers[:, body] * sign for _, body, sign in crossings), start=np.zeros((ROWS, n)))
+        medium = world + sum((self._numbers[:, body] * sign for _, body, sign in crossings), start=np.zeros((rows, n)))
         start, begins, media = [np.zeros(n)], np.zeros(n), [medium]
         for t, body, sign in crossings:
             begins = np.maximum(np.minimum(t, end), begins)
@@ -192,9 +197,12 @@ class CompiledFog:
         starts, filled = np.array(start), np.stack(media, axis=1)
         length = np.diff(starts, axis=0, append=end[None])
         np.maximum(filled[:TURNED], 0.0, out=filled[:TURNED])  # a sum of rounded numbers
+        length = np.maximum(length, 0.0)
         if self._everywhere and self.reach < EMBREE_LIMIT:
-            return _ended(starts, length, filled, self._numbers[:, -1], self.reach)
-        return FogPath(starts, np.maximum(length, 0.0), filled)
+            starts, length, filled = _ended(starts, length, filled, self._numbers[:, -1], self.reach)
+        if len(self._varying):
+            starts, length, filled = self._varying.marched(starts, length, filled, origin, direction)
+        return FogPath(starts, length, filled)
 
 
 class _Layer:
@@ -282,20 +290,16 @@ def compile_fog(fog: Fog, camera: Camera, center: Float64) -> CompiledFog | None
     return CompiledFog(fog, camera, center)
 
 
-def _numbers(medium: Medium) -> list[float]:
-    extinction = np.add(medium.absorption, medium.scattering).tolist()
-    turned = float(np.mean(medium.scattering)) * medium.anisotropy
-    return [*extinction, *medium.scattering, *medium.emission, turned]
-
-
-def _ended(start: Float64, length: Float64, medium: Float64, world: Float64, reach: float) -> FogPath:
-    """The path with each stretch cut in two where the world's medium (ROWS,) ends."""
+def _ended(
+    start: Float64, length: Float64, medium: Float64, world: Float64, reach: float
+) -> tuple[Float64, Float64, Float64]:
+    """The stretches, and what fills them, with each cut in two where the world's medium (rows,) ends."""
     near = np.clip(reach - start, 0.0, length)
     beyond = np.maximum(medium - world[:, None, None], 0.0)
     starts, lengths = np.stack([start, start + near], axis=1), np.stack([near, length - near], axis=1)
     k, n = start.shape
-    media = np.stack([medium, beyond], axis=2).reshape(ROWS, 2 * k, n)
-    return FogPath(starts.reshape(2 * k, n), np.maximum(lengths.reshape(2 * k, n), 0.0), media)
+    media = np.stack([medium, beyond], axis=2).reshape(len(medium), 2 * k, n)
+    return starts.reshape(2 * k, n), np.maximum(lengths.reshape(2 * k, n), 0.0), media
 
 
 def sorted_out(fog: Fog) -> tuple[list[FogBody], list[str]]:

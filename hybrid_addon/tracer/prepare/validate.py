@@ -14,6 +14,7 @@ from ...scene import (
     Camera,
     Expression,
     Float32,
+    FogBody,
     Int32,
     Medium,
     Plane,
@@ -51,6 +52,9 @@ def validate(scene: Scene, settings: Settings, mask: Float32 | None) -> None:
     _check_lights(scene)
     for medium in (*scene.fog.media, *(s.fog for s in scene.surfaces if s.fog is not None)):
         _check_medium(medium)
+    for body in scene.fog.bodies:
+        _check_grids(body)
+    _require(scene.fog.steps >= 1, f"fog: steps must be at least 1, got {scene.fog.steps}")
     for world in (scene.world, scene.world.backdrop):
         _check_world(world or scene.world)
 
@@ -68,9 +72,17 @@ def _check_world(world: World) -> None:
 def _check_medium(medium: Medium) -> None:
     for name in ("absorption", "scattering", "emission"):
         value = getattr(medium, name)
-        _require(_finite(value) and min(value) >= 0, f"fog: {name} must be finite and not negative, got {value}")
+        sound = isinstance(value, Expression) or (_finite(value) and min(value) >= 0)
+        _require(sound, f"fog: {name} must be finite and not negative, got {value}")
     g = medium.anisotropy
-    _require(-1 < g < 1, f"fog: anisotropy must lie between -1 and 1, got {g}")
+    _require(isinstance(g, Expression) or -1 < g < 1, f"fog: anisotropy must lie between -1 and 1, got {g}")
+
+
+def _check_grids(body: FogBody) -> None:
+    for name, grid in body.grids.items():
+        sound = grid.values.ndim == 4 and min(grid.values.shape) > 0 and grid.values.shape[3] in (1, 3, 4)
+        _require(sound, f"fog {body.name!r}: grid {name!r} must be (nx, ny, nz, 1, 3 or 4), got {grid.values.shape}")
+        _require(bool(np.isfinite(grid.from_local).all()), f"fog {body.name!r}: grid {name!r} must have a finite place")
 
 
 def _shapes(scene: Scene) -> list[Sphere | Plane]:

@@ -220,7 +220,7 @@ def test_light_probes_that_rays_do_not_replace_are_named(kind, named, stage):
 def test_the_kinds_of_objects_are_all_known():
     drawn_or_not = {
         *OBJECT_TYPES, "MESH", "CURVE", "SURFACE", "FONT", "CURVES", "POINTCLOUD", "LIGHT", "LIGHT_PROBE", "CAMERA",
-        "EMPTY", "ARMATURE", "LATTICE", "SPEAKER",
+        "EMPTY", "ARMATURE", "LATTICE", "SPEAKER", "VOLUME",
     }  # fmt: skip
     kinds = {item.identifier for item in bpy.types.Object.bl_rna.properties["type"].enum_items}
     assert kinds == drawn_or_not

@@ -4,13 +4,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import bpy
+import numpy as np
 import pytest
 
 from hybrid_addon.blender.render.settings import tracer_settings, with_background
 from hybrid_addon.blender.scan import translated
-from hybrid_addon.scene import Fog, Sphere, Surface
+from hybrid_addon.blender.sync import grids as grids_of_blender
+from hybrid_addon.blender.sync.grids import smoke_grids
+from hybrid_addon.scene import Expression, Fog, Medium, Sphere, Surface
+from hybrid_addon.tracer.media.varying import VaryingMedia, sample_voxels
 
 pytestmark = pytest.mark.blender
 
@@ -122,20 +127,125 @@ def test_mixed_and_added(scene):
         assert (body.medium.scattering[0], body.medium.absorption[0]) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("source", ["ShaderNodeTexNoise", "ShaderNodeVolumeInfo"])
 @pytest.mark.parametrize("name", ["Density", "Color"])
-def test_what_varies_is_left_out_and_named_and_never_a_black_slab(of, source, name):
-    medium, told = of("VolumeScatter", (source, name), Density=5.0)
-    assert medium.is_nothing and f"'{name}' of volume node" in told and "varies, which is not traced" in told
+def test_what_varies_is_an_expression_of_the_place(of, name):
+    medium, told = of("VolumeScatter", ("ShaderNodeTexNoise", name), Density=5.0)
+    assert isinstance(medium.scattering, Expression) and medium.absorption == (0, 0, 0) and "olume" not in told
 
 
-def test_smoke_is_left_out_and_named(scene):
+@pytest.mark.parametrize("name", ["Density", "Color"])
+def test_what_is_not_followed_is_left_out_and_named_and_never_a_black_slab(of, name):
+    medium, told = of("VolumeScatter", ("ShaderNodeUVAlongStroke", name), Density=5.0)
+    assert medium.is_nothing and f"'{name}' is linked to node" in told and "its volume cannot be followed" in told
+
+
+@pytest.mark.parametrize(("output", "expected"), [("Density", 0.8), ("Flame", 0.0), ("Temperature", 0.0)])
+def test_grids_that_are_not_there_are_what_eevee_takes_them_for(of, output, expected):
+    """A mesh full of fog has none: a Principled Volume's density is its own."""
+    b_node = volume(bpy.data.materials["Material"], "VolumeScatter")
+    tree = bpy.data.materials["Material"].node_tree
+    b_info = tree.nodes.new("ShaderNodeVolumeInfo")
+    tree.links.new(b_info.outputs[output], b_node.inputs["Density"])
+    (body,) = translated(bpy.context.scene).scene.fog.bodies
+    assert body.medium.scattering == pytest.approx((expected,) * 3)
+    assert of("VolumePrincipled", Density=2.0, Blackbody_Intensity=1.0)[0] == Medium((0.5 * 2,) * 3, (0.5 * 2,) * 3)
+
+
+def test_smoke_is_read_as_eevee_reads_it():
+    """Of a domain whose voxels are known: x runs fastest, a colour's density is divided out, a flame has its heat."""
+
+    class Domain(SimpleNamespace):
+        def __getattr__(self, name):
+            return Values(())
+
+    class Values(list):
+        def foreach_get(self, array):
+            array[:] = self
+
+    density = np.arange(24.0) / 24
+    domain = Domain(
+        domain_resolution=(2, 3, 4), noise_scale=2, density_grid=Values(density), flame_grid=Values(density > 0.5),
+        color_grid=Values(np.stack([density * c for c in (0.5, 1.0, 0.25, 1.0)], axis=1).ravel()),
+        flame_ignition=1.5, flame_max_temp=3.0,
+    )  # fmt: skip
+    corners = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 3)]
+    grids = smoke_grids(SimpleNamespace(bound_box=corners), domain)
+    assert grids.widths == {"density": 1, "flame": 1, "temperature": 1, "color": 3}
+    found = grids.read(grids.widths)
+    assert found["density"].values[1, 2, 3, 0] == pytest.approx(23 / 24) and found["density"].values.shape == (
+        2,
+        3,
+        4,
+        1,
+    )
+    np.testing.assert_allclose(found["color"].values[1, 1, 1], (0.5, 1.0, 0.25), rtol=1e-6)
+    assert set(np.unique(found["temperature"].values)) == {0.0, 3.0}
+    np.testing.assert_allclose(found["density"].from_local @ [[-1, 1], [-1, 1], [-1, 3], [1, 1]], [[0, 1]] * 3)
+    domain.density_grid = Values(())
+    assert smoke_grids(SimpleNamespace(bound_box=corners), domain) is None
+
+
+def test_a_smoke_domain_has_no_surface_and_liquids_have_one(scene):
     b_modifier = bpy.data.objects["Cube"].modifiers.new("Fluid", "FLUID")
     b_modifier.fluid_type = "DOMAIN"
-    volume(bpy.data.materials["Material"], "VolumePrincipled", Density=5.0)
-    translation = translated(scene)
-    assert not translation.scene.fog.bodies and not translation.scene.instances
-    assert "object 'Cube': smoke is not traced" in "\n".join(translation.warnings)
+    b_modifier.domain_settings.domain_type = "LIQUID"
+    assert [i.name for i in translated(scene).scene.instances] == ["Cube"]
+    b_modifier.domain_settings.domain_type = "GAS"
+    assert translated(scene).scene.instances == ()
+
+
+@pytest.fixture
+def smoke(scene, tmp_path):
+    """A volume object with a file of its own: voxels 0.5 m wide, the first of which is (-1, 0, 2)."""
+    openvdb = grids_of_blender._openvdb()
+    values = np.random.default_rng(1).random((3, 4, 5)).astype(np.float32) + 0.1
+    grid = openvdb.FloatGrid()
+    grid.copyFromArray(values, ijk=(-1, 0, 2))
+    grid.name, grid.transform = "density", openvdb.createLinearTransform(voxelSize=0.5)
+    openvdb.write(str(tmp_path / "smoke.vdb"), grids=[grid])
+    b_volume = bpy.data.volumes.new("Smoke")
+    b_volume.filepath = str(tmp_path / "smoke.vdb")
+    b_object = bpy.data.objects.new("Smoke", b_volume)
+    scene.collection.objects.link(b_object)
+    b_object.scale = (2, 2, 2)
+    bpy.data.objects.remove(bpy.data.objects["Cube"])
+    return b_object, values
+
+
+def test_a_volume_object_is_what_its_file_holds(scene, smoke, monkeypatch):
+    """Without material it is Blender's own, half of which scatters; twice as large it is half as dense."""
+    b_object, values = smoke
+    found = translated(scene)
+    (body,) = found.scene.fog.bodies
+    grid = body.grids["density"]
+    np.testing.assert_array_equal(grid.values[1:-1, 1:-1, 1:-1, 0], values)
+    assert not found.warnings and grid.values[0].max() == grid.values[..., -1, :].max() == 0
+    at = np.array([[-0.5], [0.0], [1.0]])  # the middle of the first voxel
+    assert sample_voxels(grid, at)[0, 0] == pytest.approx(values[0, 0, 0], rel=1e-5)
+    media = VaryingMedia([(body.medium, body)], np.zeros(3), 1)
+    rows = media.at(0, 2 * at, np.zeros((3, 1)))[:, 0]
+    np.testing.assert_allclose(rows[:9], [*[values[0, 0, 0] / 2] * 3, *[values[0, 0, 0] / 4] * 3, 0, 0, 0], rtol=1e-5)
+    assert (body.mesh.vertices.min(axis=0) < -0.5).any() and len(body.mesh.triangles) == 12
+    # In blocks of two voxels it is the mean of these, at the same place.
+    monkeypatch.setattr(grids_of_blender, "MOST_VOXELS", 12)
+    (coarse,) = translated(scene).scene.fog.bodies
+    assert coarse.grids["density"].values.shape == (4, 4, 5, 1)
+    np.testing.assert_allclose(coarse.grids["density"].values[1, 1, 1, 0], values[:2, :2, :2].mean(), rtol=1e-5)
+    b_object.data.render.space = "WORLD"
+    (body,) = translated(scene).scene.fog.bodies
+    assert VaryingMedia([(body.medium, body)], np.zeros(3), 1).at(0, 2 * at, np.zeros((3, 1)))[0, 0] > rows[0]
+
+
+def test_what_modifiers_make_is_read_and_what_cannot_be_is_named(scene, smoke):
+    b_object, values = smoke
+    b_modifier = b_object.modifiers.new("Displace", "VOLUME_DISPLACE")
+    b_modifier.strength = 0.0
+    (body,) = translated(scene).scene.fog.bodies
+    assert body.grids["density"].values.max() == pytest.approx(values.max(), rel=0.01)
+    b_object.modifiers.clear()
+    b_object.data.filepath = b_object.data.filepath + "x"
+    found = translated(scene)
+    assert not found.scene.fog.bodies and "object 'Smoke': its volume cannot be read" in found.warnings[0]
 
 
 def test_a_worlds_fog_lets_nothing_of_the_world_and_of_suns_through(scene):

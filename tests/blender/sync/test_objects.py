@@ -9,6 +9,7 @@ import pytest
 
 import hybrid_addon as hybrid
 from hybrid_addon.blender.sync import Warnings, translate
+from hybrid_addon.blender.sync.coverage import PROBE_TYPES
 from hybrid_addon.scene import Settings
 from hybrid_addon.tracer import trace
 
@@ -240,13 +241,13 @@ def test_ray_visibility(scene):
 
 
 def test_what_is_visible_but_not_traced_is_named_and_the_rest_is_not(scene):
-    bpy.ops.object.volume_add()
+    bpy.ops.object.metaball_add()
     bpy.ops.object.armature_add()
     bpy.ops.object.empty_add()
     bpy.ops.object.lightprobe_add()
     bpy.data.objects["Cube"].is_holdout = True
     assert set(translation(scene).warnings) == {
-        "object 'Volume': volumes are not ray traced",
+        "object 'Mball': metaballs are not ray traced: convert them to meshes",
         "object 'Sphere': rough reflections of ray traced objects show the world instead of it",
         "object 'Cube': Holdout is not traced; it is solid in reflections",
     }
@@ -277,17 +278,17 @@ def test_a_missing_library_is_named(scene, tmp_path):
     assert [line for line in warnings if "'Cube'" in line and "library.blend" in line]
 
 
-NAMES = ("'Volume.001'", "'Volume.002'", "'Volume.003'")
+NAMES = ("'Sphere.001'", "'Sphere.002'", "'Sphere.003'")
 
 
 def test_warnings_come_in_the_same_order_each_time_and_once(scene):
-    bpy.ops.object.volume_add()
+    bpy.ops.object.lightprobe_add()
     for _ in range(3):
         b_copy = bpy.context.object.copy()
         bpy.context.collection.objects.link(b_copy)
     first, second = translation(scene).warnings, translation(scene).warnings
     assert first == second
-    assert first == ("object 'Volume': volumes are not ray traced (4 such: 'Volume', " + ", ".join(NAMES) + ")",)
+    assert first == (f"object 'Sphere': {PROBE_TYPES['SPHERE']} (4 such: 'Sphere', " + ", ".join(NAMES) + ")",)
     collected = Warnings()
     collected.add("from elsewhere")
     assert translation(scene, warn=collected).warnings == (*first, "from elsewhere"), "a whole object is missing"

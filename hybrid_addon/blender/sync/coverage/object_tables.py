@@ -14,7 +14,6 @@ SHADOWS = "how well EEVEE draws shadows"
 ANIMATED = "followed as its values change from frame to frame"
 
 OBJECT_TYPES: dict[str, str] = {
-    "VOLUME": "volumes are not ray traced",
     "GREASEPENCIL": "Grease Pencil is not ray traced",
     "META": "metaballs are not ray traced: convert them to meshes",
 }

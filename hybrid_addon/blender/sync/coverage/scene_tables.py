@@ -83,7 +83,7 @@ EEVEE: Table = {
     **followed(
         "light_threshold, use_shadows, direct_light_intensity, indirect_light_intensity, clamp_surface_direct,"
         "clamp_surface_indirect, fast_gi_distance, use_volumetric_shadows,"
-        "volumetric_start, volumetric_end, use_volume_custom_range"
+        "volumetric_start, volumetric_end, use_volume_custom_range, volumetric_samples"
     ),
     "use_raytracing": Named(
         "leaves ray traced objects out: flag what should mirror or refract them, too",
@@ -101,7 +101,7 @@ EEVEE: Table = {
     ),
     **irrelevant(
         VOLUMES,
-        "volumetric_tile_size, volumetric_samples, volumetric_sample_distribution,"
+        "volumetric_tile_size, volumetric_sample_distribution,"
         "volumetric_ray_depth, volumetric_light_clamp, volumetric_shadow_samples, clamp_volume_direct,"
         "clamp_volume_indirect",
     ),

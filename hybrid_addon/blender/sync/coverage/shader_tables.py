@@ -9,7 +9,7 @@ from typing import Any
 from .status import Named, Table, followed, irrelevant, within
 
 WEIGHT = irrelevant("Blender's own, hidden, and read by no renderer of nodes", "Weight")
-STRINGS = "names of grids of volumes, each of which is named"
+STRINGS = "names of grids, which are read where an object has them"
 
 
 def above(node: Any, *names: str) -> bool:
@@ -43,14 +43,13 @@ PRINCIPLED: Table = {
     **WEIGHT,
 }
 
-GLOW = "is not traced: the volume does not glow by its heat"
+HEAT = "followed; it counts where an object has a grid of its temperature, or none is named"
 PHASE = "EEVEE scatters by Henyey and Greenstein, whatever the phase function"
 VOLUMES: dict[str, Table] = {
     "ShaderNodeVolumeAbsorption": {**followed("Color, Density"), **WEIGHT},
     "ShaderNodeVolumePrincipled": {
         **followed("Color, Density, Absorption Color, Anisotropy, Emission Color, Emission Strength"),
-        "Blackbody Intensity": Named(GLOW, 0.0),
-        **within("Blackbody Intensity", "Blackbody Tint, Temperature"),
+        **irrelevant(HEAT, "Blackbody Intensity, Blackbody Tint, Temperature"),
         **irrelevant(STRINGS, "Color Attribute, Density Attribute, Temperature Attribute"),
         **WEIGHT,
     },

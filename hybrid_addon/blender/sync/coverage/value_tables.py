@@ -80,12 +80,12 @@ VALUES: dict[str, Table] = {
     "ShaderNodeVectorDisplacement": followed("Vector, Midlevel, Scale"),
     **nodes(
         "TexCoord, UVMap, Attribute, VertexColor, NewGeometry, HairInfo, LightPath, Value, RGB, Group, ObjectInfo,"
-        "CameraData, Tangent",
+        "CameraData, Tangent, VolumeInfo",
         {},
     ),
     **nodes(
         "ParticleInfo, PointInfo, RadialTiling, Script, ShaderToRGB, Squeeze, TexIES, TexPointDensity,"
-        "UVAlongStroke, VolumeInfo, Wireframe",
+        "UVAlongStroke, Wireframe",
         NOT_FOLLOWED,
     ),
 }
