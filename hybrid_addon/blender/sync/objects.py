@@ -122,8 +122,7 @@ class Objects:
         b_object = b_instance.object
         if not _has_faces(b_object.data):
             return
-        b_smoke = smoke_domain(b_object)
-        if b_smoke is not None:
+        if (b_smoke := smoke_domain(b_object)) is not None:
             self._add_volume(b_instance, smoke_grids(b_object, b_smoke))
             return
         settings = instance_settings(b_instance, self._flags)

@@ -120,6 +120,9 @@ class _Nowhere:
     def attribute(self, key: str) -> Array:
         raise AssertionError(key)
 
+    def raycast(self, position: Array, direction: Array, length: Array, only_local: bool) -> Array:
+        raise AssertionError(length)
+
     def gradient(self, value: Callable[[object], Array], on_facet: bool = False) -> Array:
         raise AssertionError(value)
 
@@ -161,6 +164,13 @@ class _Points:
         else:
             found = np.zeros((ex.ATTRIBUTE_WIDTHS.get(kind, 1 if key.startswith(ex.RAY) else 3), n))
         return found.astype(np.float32)
+
+    def raycast(self, position: Array, direction: Array, length: Array, only_local: bool) -> Array:
+        """(9, n) of rays that hit nothing: EEVEE casts them from surfaces alone, by its depth buffer."""
+        n = self._point.shape[1]
+        result = np.zeros((9, n), np.float32)
+        result[2] = np.broadcast_to(length[0], n)
+        return result
 
     def gradient(self, value: Callable[[object], Array], on_facet: bool = False) -> Array:
         """(3, n) zeros: there is no surface along which anything grows."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from .status import Named, Table, followed, irrelevant, within
+from .status import Named, Table, followed, irrelevant
 
 WEIGHT = irrelevant("Blender's own, hidden, and read by no renderer of nodes", "Weight")
 STRINGS = "names of grids, which are read where an object has them"
