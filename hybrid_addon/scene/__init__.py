@@ -15,8 +15,8 @@ Conventions, stated here once and valid in every pure module of the package:
   the tracer has recentred it.
 * **Directions** `wi`, `wo` point away from the surface; `eta` is transmitted over incident IOR.
 
-    camera.py surfaces.py values.py programs.py texels.py media.py fog.py geometry.py lights.py film.py    the dataclasses,
-                                                                                                 all here, too
+    camera.py surfaces.py values.py programs.py texels.py media.py fog.py geometry.py lights.py film.py
+                                                                      the dataclasses, all here, too
 """
 
 from __future__ import annotations
