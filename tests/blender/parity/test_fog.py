@@ -94,10 +94,11 @@ def test_a_picture_of_fog_that_varies_is_that_of_eevee(street):
     """All of it traced, in tiles of 6 x 6 pixels: the clouds of a Noise Texture lie where EEVEE has them."""
     fill(street, "box", "VolumeScatter", (0.3, 0.6, 1), varies=True)
     bpy.data.objects["Point"].location = (3, -5, 6)  # no lamp in sight, whose glow EEVEE blurs
+    coarse = bpy.app.version < (5, 0, 0)
+    if coarse:  # 4.5 blurs the outline of a box over its froxels: by 8.8 % with those of 4 pixels, even fog by 4.2 %
+        street.eevee.volumetric_tile_size = "2"
     eevee = hybrid.render(street, mode="RASTER").image[..., :3]
     ours = hybrid.render(street, mode="FULL", samples=8).image[..., :3]
     theirs, ours = (image.reshape(8, 6, 8, 6, 3).mean(axis=(1, 3)) for image in (eevee, ours))
-    # At a box's outline 4.5 spreads even fog over its froxels, too: by 4.2 % where the density is 0.1 everywhere.
-    tiles = np.s_[3:5, 2:6] if bpy.app.version < (5, 0, 0) else np.s_[:, :]
-    print(f"noise: the largest difference of a tile is {np.abs(ours / theirs - 1)[tiles].max():.3f}")
-    np.testing.assert_allclose(ours[tiles], theirs[tiles], rtol=0.03)
+    print(f"noise: the largest difference of a tile is {np.abs(ours / theirs - 1).max():.3f}")
+    np.testing.assert_allclose(ours, theirs, rtol=0.04 if coarse else 0.03)
