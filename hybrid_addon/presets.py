@@ -33,6 +33,6 @@ QUALITY: dict[str, tuple[str, str, Quality]] = {
     "REFERENCE": (
         "Reference",
         "To measure against: nothing is left to chance",
-        Quality(256, 64, 1e-4, 0.0, rough_samples=8),
+        Quality(256, 64, 1e-3, 0.0, rough_samples=8),
     ),
 }
