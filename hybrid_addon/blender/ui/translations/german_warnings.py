@@ -78,9 +78,6 @@ WARNINGS = {
     "object {}: attribute {} of its instances cannot be read; it is 0 there": (
         "Objekt {}: Attribut {} seiner Instanzen ist nicht lesbar; es ist dort 0"
     ),
-    "object {}: smoke is not traced: rays meet nothing of it": (
-        "Objekt {}: Rauch wird nicht verfolgt: Strahlen treffen ihn nicht"
-    ),
     "object {}: its hair, curves or points are not displaced": (
         "Objekt {}: seine Haare, Kurven oder Punkte werden nicht verschoben"
     ),
@@ -106,6 +103,22 @@ WARNINGS = {
     "scene {} to have it ray traced": (
         "Objekt {} der Hintergrundszene {} instanziert andere, wird instanziert oder ist verknüpft: nur EEVEE zeichnet "
         "es; mit Szene {} verknüpfen, um es zu verfolgen"
+    ),
+    "{}: its volume cannot be read, rays meet nothing of it: {}": (
+        "{}: sein Volumen kann nicht gelesen werden, Strahlen treffen nichts davon: {}"
+    ),
+    "{}: this Blender has no module openvdb: rays meet nothing of the volume": (
+        "{}: dieses Blender hat kein Modul openvdb: Strahlen treffen nichts vom Volumen"
+    ),
+    "{}: there is no surface program {}: drawn with its material (registered: {})": (
+        "{}: es gibt kein Oberflächenprogramm {}: mit dem Material gezeichnet (angemeldet: {})"
+    ),
+    "it is left out of what rays meet: its volume cannot be followed": (
+        "Strahlen treffen nichts davon: seinem Volumen kann nicht gefolgt werden"
+    ),
+    "what its volume absorbs varies, which is not traced behind a surface: it absorbs nothing": (
+        "was sein Volumen absorbiert, ändert sich, und hinter einer Oberfläche wird das nicht verfolgt: es absorbiert "
+        "nichts"
     ),
     "camera {}: Advanced > Trace: Everything draws it as a panorama": (
         "Kamera {}: „Erweitert > Verfolgen: Alles“ zeichnet sie als Panorama"
