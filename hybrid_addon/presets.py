@@ -29,7 +29,7 @@ class Quality:
 # key: (label, tooltip, values)
 QUALITY: dict[str, tuple[str, str, Quality]] = {
     "DRAFT": ("Draft", "To look at: edges are a little rough", Quality(4, 8, 1 / 64, 0.0)),
-    "FINAL": ("Final", "To deliver: no difference to see", Quality(64, 32, 1 / 255, 0.0, rough_samples=4)),
+    "FINAL": ("Final", "To deliver: no difference to see", Quality(64, 32, 1 / 64, 0.0, rough_samples=4)),
     "REFERENCE": (
         "Reference",
         "To measure against: nothing is left to chance",
