@@ -179,6 +179,18 @@ def ticks(settings: Iterable[Setting]) -> dict[str, Any]:
     return made_ticks
 
 
+def _program_property(description: str) -> Any:
+    """The name of a surface program, of an object or a material."""
+    return StringProperty(
+        name="Surface Program",
+        description=description,
+        search=_program_names,
+        search_options={"SUGGESTION"},
+        override=OVERRIDABLE,
+        update=_program_changed,
+    )
+
+
 class SurfaceValues:
     """The numbers that an object or a material may have of its own. Blender finds them in base classes, too."""
 
@@ -207,13 +219,8 @@ class HybridObjectSettings(SurfaceValues, PropertyGroup):
         override=OVERRIDABLE,
     )
 
-    program: StringProperty(  # type: ignore[valid-type]
-        name="Surface Program",
-        description="A registered function that answers for this object instead of its material",
-        search=_program_names,
-        search_options={"SUGGESTION"},
-        override=OVERRIDABLE,
-        update=_program_changed,
+    program: _program_property(  # type: ignore[valid-type]
+        "A registered function that answers for this object instead of its material"
     )
 
     @classmethod
@@ -249,13 +256,8 @@ class HybridMaterialSettings(SurfaceValues, PropertyGroup):
         override=OVERRIDABLE,
     )
 
-    program: StringProperty(  # type: ignore[valid-type]
-        name="Surface Program",
-        description="A registered function that answers for what wears this material; an object's own wins over it",
-        search=_program_names,
-        search_options={"SUGGESTION"},
-        override=OVERRIDABLE,
-        update=_program_changed,
+    program: _program_property(  # type: ignore[valid-type]
+        "A registered function that answers for what wears this material; an object's own wins over it"
     )
 
     @classmethod
