@@ -159,7 +159,8 @@ def _rehearsed(
     shown = np.append([owner in names | {e["object"] for e in chosen} for owner in owners], False)[front]
     pixels, samples = ours.camera.resolution[0] * ours.camera.resolution[1], min(settings.samples, MOST_SAMPLES)
     known = sum(entry["seconds"] for entry in chosen) * samples / settings.samples
-    size = min(max(pixels * REHEARSAL_SECONDS / max(known, 1e-9), LEAST_REHEARSAL), front.size, pixels)
+    wanted = pixels * REHEARSAL_SECONDS / known if known > 0 else pixels
+    size = min(max(wanted, LEAST_REHEARSAL), front.size, pixels)
 
     def take(size: float, shadows: bool) -> tuple[int, float]:
         camera = coarse(ours.camera, size)
